@@ -1,8 +1,9 @@
-//! The invariants on a scene of the user's own: what of its data, of rays of its own cameras and of
-//! its lights makes a picture wrong or noisy.
+//! Checks of a user's scene for faults that make its picture wrong, slow or noisy. They examine the
+//! scene's data and trace rays from its own cameras and lights.
 //!
-//! Each family of checks is a function from what is known of the scene to findings. Facts that
-//! preparation and rendering tell anyway, such as gaps that storing closes, are taken from there.
+//! Each check is a function from facts about the scene to findings. Preparation and rendering
+//! detect some faults themselves, such as gaps that are lost when coordinates are rounded for
+//! storage. The checks report those faults too.
 //!
 //! ```
 //! use raywright_core::stress::{FindingCode, StressEffort, Severity, stress};
@@ -82,10 +83,11 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// How much is checked.
+/// Limits on the work of the checks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StressEffort {
-    /// Time after which no more rays are sent. The data is looked at whatever it takes.
+    /// Time after which no more rays are traced. Data such as meshes and images is always examined
+    /// in full.
     pub budget: Duration,
 }
 
@@ -97,34 +99,36 @@ impl Default for StressEffort {
     }
 }
 
-/// What was found, and what was looked at.
+/// Findings about a scene, and the extent of the checks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StressSummary {
-    /// The worst first, at most sixteen of each kind.
+    /// Findings, worst first. At most sixteen are kept for each pair of kind and severity.
     pub findings: Vec<StressFinding>,
-    /// How many more there are of the same kinds.
+    /// Number of further findings, beyond the sixteen that are kept for each pair of kind and
+    /// severity.
     pub left_out: usize,
-    /// Checks by rays and samples.
+    /// Checks that trace rays or take samples, with their planned and actual numbers.
     pub checks: Vec<CheckRun>,
-    /// Cameras that were looked through, of how many.
+    /// Number of cameras that were checked, and number of cameras in the scene (at least 1).
     pub cameras: [usize; 2],
-    /// Size of the picture by which pixels are told.
+    /// Width and height of the picture to which the pixels of findings refer.
     pub size: [u32; 2],
 }
 
 impl StressSummary {
-    /// The worst that was found.
+    /// Returns the severity of the worst finding, or `None` without findings.
     pub fn worst_severity(&self) -> Option<Severity> {
         self.findings.first().map(|finding| finding.severity)
     }
 
-    /// Whether time ended some check.
+    /// Returns whether the time ran out before some check was complete.
     pub fn is_cut_short(&self) -> bool {
         self.checks.iter().any(CheckRun::is_cut_short)
     }
 }
 
-/// Ends rays when the time is over, and everything when the observer says so.
+/// Time limit of the checks, which also observes cancellation. When the time is over, no more rays
+/// are traced. When the observer cancels, all work ends.
 pub(crate) struct RayDeadline<'a> {
     observer: &'a dyn Observer,
     end: Option<Instant>,
@@ -146,12 +150,13 @@ impl Observer for RayDeadline<'_> {
     }
 }
 
-/// Checks a validated scene as its settings would render it, on the current thread pool. What is
-/// found depends on scene, settings and seed, and on the clock only where
-/// [`StressSummary::is_cut_short`].
+/// Checks a validated scene for faults, as the settings would render it, on the current thread
+/// pool. The findings depend on the scene, the settings and the seed. They depend on the time only
+/// if [`StressSummary::is_cut_short`] is true.
 ///
 /// # Errors
-/// See [`PrepareError`]; shapes of which storing leaves nothing are findings.
+/// See [`PrepareError`]. A shape that degenerates when its coordinates are stored is a finding, not
+/// an error.
 pub fn stress(
     scene: &Scene,
     settings: &Settings,

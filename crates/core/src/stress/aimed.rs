@@ -1,5 +1,5 @@
-//! Rays that are aimed from the camera at edges between triangles and at their corners, all of
-//! which must meet something no farther away.
+//! Rays aimed from a camera at shared edges and corners of meshes. A watertight mesh lets none of
+//! them pass: each must hit a surface at the distance of the target or nearer.
 
 use std::collections::BTreeMap;
 
@@ -17,22 +17,27 @@ use crate::generate::{PlacedObject, objects_relative_to};
 use crate::prepare::PreparedScene;
 use crate::scene::{MeshData, SideRule};
 
-/// Rays in all, objects that they are aimed at, and rays between two looks at the clock.
+/// Number of rays for each camera, greatest number of target objects, and number of rays between
+/// two checks of the time limit.
 const RAYS: u64 = 40_000;
 const OBJECTS: usize = 1000;
 const BLOCK: u64 = 4096;
 
-/// Cosine under which a triangle is seen below which it is not aimed at, and how many times the
-/// rounding of a ray's way its width has to be.
+/// Limits on the triangles beside a target. A ray is aimed at the target only if all of them are
+/// within these limits:
+/// - `SLANT`: least cosine between the ray and the triangle's normal.
+/// - `ROOM`: least width of the triangle as seen along the ray, in multiples of the ray's rounding
+///   error.
 const SLANT: f64 = 0.05;
 const ROOM: f64 = 1024.0;
 
-/// What aimed rays found.
+/// Result of the rays aimed at edges and corners.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AimedRayResult {
     pub sent: u64,
     pub planned: u64,
-    /// Rays that passed, by the facts of their object, and where the first did.
+    /// Number of rays that passed, and the world position of the first target that a ray passed.
+    /// The key is the object's index in `SceneFacts::objects`.
     pub leaks: BTreeMap<usize, (u64, DVec3)>,
 }
 
@@ -47,7 +52,7 @@ impl AimedRayResult {
     }
 }
 
-/// A mesh in its place.
+/// A mesh as placed by an object, with its targets.
 struct MeshInstance<'a> {
     object: usize,
     data: &'a MeshData,
@@ -56,7 +61,7 @@ struct MeshInstance<'a> {
     placed_object: PlacedObject<'a>,
 }
 
-/// The meshes that rays are aimed at.
+/// Task that traces rays at edges and corners of the scene's meshes.
 pub(super) struct AimedRayTask<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
     pub topologies: &'a BTreeMap<usize, Topology>,
@@ -67,7 +72,7 @@ pub(super) struct AimedRayTask<'a> {
 impl PreparedSceneTask for AimedRayTask<'_> {
     type Output = AimedRayResult;
 
-    /// Sends the rays from the middle of the camera.
+    /// Traces the rays from the middle of the camera's lens.
     fn run<R: Real>(&self, prepared: &PreparedScene<R>) -> AimedRayResult {
         trace_aimed_rays(
             prepared,
@@ -145,15 +150,16 @@ fn select_target_meshes<'a, R: Real>(
     all.into_iter().step_by(every).collect()
 }
 
-/// A place on a mesh, with the triangles there: for each the cosine under which the eye sees it,
-/// and the width that a ray has to miss it by.
+/// A target on an edge or at a corner, with its adjacent triangles. For each triangle: the cosine
+/// between its normal and the ray, and the distance in metres by which a ray must err to miss it.
 struct EdgePoint {
     point: DVec3,
     faces: Vec<[f64; 2]>,
 }
 
 impl MeshInstance<'_> {
-    /// A place on an edge, or at a corner, in the coordinates that are stored.
+    /// Returns a random target on an edge or at a corner, relative to the origin of stored
+    /// coordinates.
     fn sample_edge_point(&self, eye: DVec3, number: impl Fn(u64) -> f64) -> Option<EdgePoint> {
         let map = self.placed_object.object_to_world();
         let at = |corner: u32| map.transform_point3(self.data.positions.position(corner as usize));
@@ -195,8 +201,8 @@ impl MeshInstance<'_> {
     }
 }
 
-/// The place that a ray passes which is aimed at it; none where it meets something, or where
-/// rounding may lead it past all triangles there.
+/// Returns the target if a ray aimed at it passes. Returns `None` if the ray hits a surface, or if
+/// rounding alone may carry the ray past all triangles beside the target.
 fn find_leak_point<R: Real>(
     prepared: &PreparedScene<R>,
     target: &MeshInstance<'_>,
@@ -234,7 +240,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::settings::Settings;
 
-    /// A ball of triangles with so many of them.
+    /// A scene with a ball of triangles, of which only the first `triangles` are kept.
     fn globe(triangles: usize) -> Scene {
         const SIDES: usize = 24;
         let at = |row: usize, column: usize| -> [f64; 3] {
@@ -274,8 +280,8 @@ mod tests {
         serde_json::from_value(scene).unwrap_or_else(|e| panic!("{e}"))
     }
 
-    /// Protects: of a mesh that is there no aimed ray passes an edge, and of one of which a half is
-    /// missing many do, in each precision.
+    /// Protects: aimed rays pass no edge of a complete mesh. They pass many edges when half of the
+    /// mesh is missing. Both hold in each precision.
     #[test]
     fn leaks_are_found() {
         let whole = globe(usize::MAX);

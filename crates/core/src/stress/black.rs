@@ -1,4 +1,4 @@
-//! Pictures in which everything that is seen is black, told as one with the cause.
+//! Black pictures. Each is reported together with its cause in a single finding.
 
 use super::covers::Cover;
 use super::facts::SceneFacts;
@@ -6,14 +6,14 @@ use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::samples::camera_subject;
 use super::small_render::SmallRender;
 
-/// What keeps light away, in the order in which one is named as the cause of a black picture.
+/// Findings that can explain a black picture, in the order in which they are tried.
 const CAUSES: [FindingCode; 3] = [
     FindingCode::UnreachedLight,
     FindingCode::LightInSurface,
     FindingCode::LightMissesScene,
 ];
 
-/// Adds the findings of black pictures, and takes away those of lights that are their cause.
+/// Adds a finding for each black picture, and removes the findings about lights that explain it.
 pub(super) fn add_black_pictures(
     scene_facts: &SceneFacts<'_>,
     pictures: &[SmallRender],
@@ -67,7 +67,8 @@ fn black_picture_finding(
         .then(|| StressFinding::new(code, severity, subject, reason, remedy))
 }
 
-/// Why everything is black and what to do, by what was found of lights.
+/// Returns the reason and the remedy for a black picture, derived from the findings about lights.
+/// Returns `None` if no such finding explains it.
 fn cause_texts(
     scene_facts: &SceneFacts<'_>,
     cover: Option<Cover>,

@@ -1,4 +1,5 @@
-//! What rays of the cameras say of bodies and surfaces, and where rays start from them.
+//! Findings about glass bodies and coinciding surfaces, from the rays of the cameras and from rays
+//! that start at surfaces.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,12 +15,12 @@ use super::topology::Topology;
 use crate::prepare::{LampRef, LightLeak, UnresolvedGap};
 use crate::scene::{Material, MaterialModel, Shape};
 
-/// Share of the rays on whose way something is from which on it is seen in the picture.
+/// Share of the rays through an object above which a fault of the object shows in the picture.
 const SEEN: f64 = 0.02;
-/// Share of all rays from which on it is.
+/// Share of all rays that start at surfaces above which a fault shows in the picture.
 const OF_ALL: f64 = 0.002;
 
-/// What rays met.
+/// Inputs of the checks of bodies and surfaces.
 pub(super) struct BodyChecks<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
     pub topologies: &'a BTreeMap<usize, Topology>,
@@ -29,7 +30,8 @@ pub(super) struct BodyChecks<'a> {
 }
 
 impl BodyChecks<'_> {
-    /// What rays say.
+    /// Returns the findings of all checks of bodies and surfaces. `aimed` holds the results of rays
+    /// aimed at edges and corners, for each camera.
     pub fn check_bodies(&self, aimed: &[AimedRayResult]) -> Vec<StressFinding> {
         let mut findings = self.check_open_bodies();
         findings.extend(self.check_nested_bodies());
@@ -49,7 +51,7 @@ impl BodyChecks<'_> {
         findings
     }
 
-    /// A finding that makes the picture wrong.
+    /// Returns a finding that makes the picture wrong.
     fn wrong_picture_finding(
         &self,
         code: FindingCode,
@@ -61,7 +63,8 @@ impl BodyChecks<'_> {
         StressFinding::new(code, Severity::PictureWrong, subject, reason, remedy)
     }
 
-    /// Rays that start from a surface.
+    /// Checks rays that start at a surface: whether they hit it again, or start beyond another
+    /// surface.
     fn check_ray_starts(&self) -> Vec<StressFinding> {
         let survey = self.survey;
         let mut findings = Vec::new();
@@ -89,7 +92,8 @@ impl BodyChecks<'_> {
         findings
     }
 
-    /// Bodies of glass that are not closed, and are no meshes whose edges say so.
+    /// Finds glass bodies that rays enter or leave only once. Meshes with open edges are left to
+    /// the check of edges.
     fn check_open_bodies(&self) -> Vec<StressFinding> {
         let finding = |(&object, sighting): (&usize, &SightingCount)| {
             let object_facts = &self.scene_facts.objects[object];
@@ -172,7 +176,8 @@ impl BodyChecks<'_> {
         }]
     }
 
-    /// Whether of two surfaces in one place each is seen here and there.
+    /// Returns whether two coinciding surfaces are visible in turns: each is the nearest surface
+    /// for a twentieth of the rays or more.
     pub fn is_flickering_pair(&self, [a, b]: [usize; 2]) -> bool {
         let objects = &self.scene_facts.objects;
         let [one, other] =
@@ -181,7 +186,7 @@ impl BodyChecks<'_> {
         differ && one + other >= 10 && 20 * one.min(other) >= one + other
     }
 
-    /// Those of which that is so.
+    /// Finds pairs of coinciding surfaces that are visible in turns.
     fn check_flickering_surfaces(&self) -> Vec<StressFinding> {
         let finding = |(pair, sighting): (&[usize; 2], &SightingCount)| {
             let [a, b] = *pair;
@@ -217,7 +222,8 @@ impl BodyChecks<'_> {
     }
 }
 
-/// Gaps and covers that storing closes.
+/// Returns the findings about gaps and lamp covers that are lost when coordinates are rounded for
+/// storage.
 pub(super) fn closed_gap_findings(
     scene_facts: &SceneFacts<'_>,
     doubles: &DuplicateObjects,

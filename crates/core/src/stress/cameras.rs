@@ -1,5 +1,5 @@
-//! Cameras: within bodies, with nothing in view or nothing sharp, and where in their pictures
-//! things are.
+//! Cameras, and the pixels at which they show a point. The checks find cameras inside a body,
+//! without anything in view, out of focus or stretched.
 
 use glam::DVec3;
 use raywright_bvh::{Aabb, Ray, Real};
@@ -11,9 +11,9 @@ use super::ray_survey::RaySurvey;
 use crate::camera::{PreparedCamera as Prepared, eye_and_axes};
 use crate::scene::{AspectFit, Camera, Projection, Shape};
 
-/// A camera with its picture.
+/// A camera with the size of its picture in pixels.
 pub(super) struct CameraView {
-    /// Its place in the scene's list, and what messages call it.
+    /// Index in the scene's list of cameras; 0 for an automatically framed camera.
     pub index: usize,
     pub subject: FindingSubject,
     pub data: Camera,
@@ -33,29 +33,31 @@ impl CameraView {
         }
     }
 
-    /// Where a point is in its picture.
+    /// Returns the pixel at which a world point appears, or `None` outside the picture.
     pub fn project_point(&self, point: DVec3) -> Option<[f64; 2]> {
         let pixel = self.prepared.project_to_pixel(point)?;
         let is_inside = (0..2).all(|axis| (0.0..f64::from(self.size[axis])).contains(&pixel[axis]));
         is_inside.then_some(pixel)
     }
 
-    /// The ray through the middle of the lens to a place of its picture.
+    /// Returns the ray from the middle of the lens through a position in the picture, in pixels.
     pub fn ray_through_pixel(&self, [x, y]: [f64; 2]) -> Ray<f64> {
         self.prepared.generate_ray(x, y, [0.5; 2])
     }
 
-    /// From its eye, in metres.
+    /// Returns the distance from the eye to a point, in metres.
     pub fn distance_from_eye(&self, point: DVec3) -> f64 {
         point.distance(self.eye())
     }
 
-    /// A place on the way to a point that it sees, a hundredth of the way before it.
+    /// Returns a point slightly in front of a visible point: closer to the eye by a hundredth of
+    /// the distance.
     pub fn in_front_of(&self, point: DVec3) -> DVec3 {
         point.lerp(self.eye(), 0.01)
     }
 
-    /// How far in front of its eye its rays start in a scene of these bounds, in metres.
+    /// Returns the distance from the eye to the origins of its rays, in metres. `bounds` is the
+    /// bounding box of the scene.
     pub fn skipped_distance<R: Real>(&self, bounds: &Aabb) -> f64 {
         let prepared = Prepared::<R>::for_scene_bounds(&self.data, self.size, bounds);
         prepared.skipped_distance().to_f64()
@@ -65,19 +67,21 @@ impl CameraView {
         eye_and_axes(&self.data.pose).0
     }
 
-    /// How wide a pixel is at a point.
+    /// Returns the width that a pixel covers at the distance of a point, in metres.
     fn pixel_width_at(&self, point: DVec3) -> f64 {
         let cone = self.prepared.ray_cone();
         cone.width + cone.spread * point.distance(self.eye())
     }
 
-    /// Whether a ball is in view and smaller than a pixel.
+    /// Returns whether a ball is in view and smaller than a pixel.
     pub fn is_sphere_below_pixel(&self, centre: DVec3, radius: f64) -> bool {
         2.0 * radius < self.pixel_width_at(centre) && self.project_point(centre).is_some()
     }
 }
 
-/// How near a place is to the cameras: what is in view of one before what is not, then by distance.
+/// Returns a sort key of a position: visible positions come first, then the nearer ones. The first
+/// value is true if no camera has the position in view. The second is the distance to the nearest
+/// eye, in metres.
 pub(super) fn view_distance_key(views: &[CameraView], position: DVec3) -> (bool, f64) {
     let value_of = |view: &CameraView| {
         (
@@ -93,7 +97,7 @@ pub(super) fn view_distance_key(views: &[CameraView], position: DVec3) -> (bool,
         .unwrap_or((true, f64::INFINITY))
 }
 
-/// Of things in places the one that is nearest to a camera.
+/// Returns the item whose position is nearest to a camera. Positions in view come first.
 pub(super) fn item_nearest_to_camera<T>(
     views: &[CameraView],
     places: impl Iterator<Item = (T, DVec3)>,
@@ -104,7 +108,7 @@ pub(super) fn item_nearest_to_camera<T>(
         .map(|(_, nearest)| nearest)
 }
 
-/// Whether a corner or the middle of a box is in view.
+/// Returns whether a corner or the centre of a box is in view of some camera.
 pub(super) fn is_box_in_view(views: &[CameraView], bounds: &Aabb) -> bool {
     let corner = |i: u32| {
         let high = glam::BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4);
@@ -117,7 +121,7 @@ pub(super) fn is_box_in_view(views: &[CameraView], bounds: &Aabb) -> bool {
     })
 }
 
-/// What is wrong with the cameras, by what rays of each saw.
+/// Returns the findings about the cameras. `surveys` holds the rays of each camera.
 pub(super) fn check_cameras(
     scene_facts: &SceneFacts<'_>,
     views: &[CameraView],
@@ -151,7 +155,8 @@ pub(super) fn check_cameras(
     findings
 }
 
-/// A picture of another shape than the camera's, over which it is stretched.
+/// Returns a finding if the picture's aspect ratio differs from the camera's and the picture is
+/// stretched to fit.
 fn aspect_finding(view: &CameraView) -> Option<StressFinding> {
     let [width, height] = view.size.map(f64::from);
     let aspect = view.data.aspect?;
@@ -167,7 +172,8 @@ fn aspect_finding(view: &CameraView) -> Option<StressFinding> {
     is_stretched.then(|| StressFinding::new(code, severity, view.subject, reason, remedy))
 }
 
-/// Bodies that a camera is in: of glass, or so that it sees nothing else.
+/// Finds bodies that contain the camera: glass bodies, and opaque bodies whose inside fills the
+/// whole picture.
 fn cameras_in_bodies(
     scene_facts: &SceneFacts<'_>,
     view: &CameraView,
@@ -235,7 +241,8 @@ fn cameras_in_bodies(
     findings
 }
 
-/// Whether a point may be within an object, which is a body and no sheet.
+/// Returns whether a point may be inside an object. Always true for closed shapes; for a mesh its
+/// bounding box decides.
 fn may_contain_point(scene_facts: &SceneFacts<'_>, object: usize, point: DVec3) -> bool {
     let own = scene_facts.objects[object].object;
     match &own.shape {
@@ -288,7 +295,7 @@ fn small_scene_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Optio
     })
 }
 
-/// A lens that is sharp before or behind everything.
+/// Returns a finding if the lens is focused in front of or behind all objects.
 fn focus_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Option<StressFinding> {
     let Projection::ThinLens {
         aperture_radius,

@@ -1,5 +1,5 @@
-//! Lamps and suns that paths meet by chance alone, by way of mirrors and glass: how noisy they make
-//! the picture, and which they are.
+//! Noise of lamps and suns that are only hit by chance: by paths that continue from mirrors or
+//! glass and cannot sample the light directly.
 
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
@@ -10,17 +10,17 @@ use super::small_render::SmallRender;
 use crate::counters::Counters;
 use crate::scene::Sky;
 
-/// Paths that may meet light by chance from which on the noise is judged.
+/// Least number of paths that may hit a light by chance. With fewer, the noise is not estimated.
 const ENOUGH: u64 = 1000;
-/// Noise of a pixel by that light as a share of the picture's light from which on it is told.
+/// Least reported noise of a pixel, as a share of the picture's mean radiance.
 const NOISY: f64 = 0.3;
-/// Share of the picture's light below which that light is no part of the picture.
+/// Share of the picture's radiance below which light found by chance is ignored.
 const SHARE: f64 = 0.01;
-/// Hits that are added to those that were counted: where there were none, there are up to so many
-/// on average with a certainty of 95 % (the rule of three).
+/// Number added to the counted hits, for an upper bound. Without any hit, the expected number is
+/// below 3 with 95 % confidence (the rule of three).
 const UNSEEN: u64 = 3;
 
-/// Judges the light that paths meet by chance.
+/// Estimates the noise of light that paths find by chance.
 pub(super) struct ChanceNoise<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
     pub survey: &'a LightSurvey,
@@ -28,8 +28,8 @@ pub(super) struct ChanceNoise<'a> {
 }
 
 impl ChanceNoise<'_> {
-    /// What is found of a picture, if the light is a part of it and noisy with the samples that the
-    /// scene asks for.
+    /// Returns a finding if the light found by chance contributes to the picture and is noisy. The
+    /// noise is that of the scene's own number of samples.
     pub fn check(&self, picture: &SmallRender) -> Option<StressFinding> {
         let Counters { unaided, found, .. } = picture.counters;
         if unaided < ENOUGH {
@@ -42,8 +42,8 @@ impl ChanceNoise<'_> {
         Some(finding.with_count(unaided - found, unaided, "paths", "met no light"))
     }
 
-    /// Whether the light of lamps of a radiance is a part of a picture, and noisy in it, if `found`
-    /// paths of the picture meet a lamp.
+    /// Returns whether light found by chance contributes to a picture and is noisy in it.
+    /// `radiance` is the lamps' radiance. `found` is the number of paths that hit a lamp.
     fn is_noticeable(&self, picture: &SmallRender, radiance: f64, found: u64) -> bool {
         // One sample in so many meets the light, each as bright as the light at most.
         let chance = (found + UNSEEN) as f64 / picture.counters.samples.max(1) as f64;
@@ -52,8 +52,8 @@ impl ChanceNoise<'_> {
         chance * ratio >= SHARE && noise >= NOISY
     }
 
-    /// Judges a lamp within glass that no path of a picture met. `None` if the lamp may bring next to
-    /// nothing.
+    /// Returns a finding about a lamp inside glass that no path of a picture hit. Returns `None` if
+    /// the lamp can contribute next to nothing.
     pub fn check_enclosed_lamp(
         &self,
         picture: &SmallRender,
@@ -66,7 +66,8 @@ impl ChanceNoise<'_> {
         self.is_noticeable(picture, radiance, 0).then(finding)
     }
 
-    /// The finding, by what the light comes from.
+    /// Returns the finding for the scene's kind of light: a lamp inside glass, other lamps, a
+    /// studio or a sky.
     fn finding(&self) -> StressFinding {
         let scene_facts = self.scene_facts;
         let lamps = || {
@@ -119,7 +120,7 @@ fn new_light_by_chance_finding(
     StressFinding::new(code, severity, subject, reason, remedy)
 }
 
-/// A lamp within a body of glass.
+/// Returns the finding about a lamp inside a glass body.
 fn enclosed_light_finding(
     scene_facts: &SceneFacts<'_>,
     lamp: usize,

@@ -1,4 +1,4 @@
-//! Closed surfaces of a mesh within each other, and small holes in what is closed otherwise.
+//! Closed parts of a mesh inside each other, and small holes in otherwise closed surfaces.
 
 use std::collections::HashMap;
 
@@ -13,24 +13,24 @@ use super::topology::{MeshComponent, Topology};
 use super::used_mesh::UsedMesh;
 use crate::scene::{MeshData, SideRule};
 
-/// Triangles that are tested for whether a part is within another.
+/// Greatest number of triangles tested in total to find out which parts contain others.
 const MOST_TESTS: usize = 1 << 26;
-/// Parts of a mesh that are compared with each other.
+/// Greatest number of parts of a mesh for which containment is tested.
 const MOST_PARTS: usize = 1000;
-/// Share of the edges of a closed surface that may be those of holes.
+/// A surface counts as closed apart from holes if at most one edge in `FEW` is open.
 const FEW: u64 = 10;
 
-/// A hole of three edges.
+/// A hole with three edges.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeshHole {
     corners: [u32; 3],
-    /// A triangle beside it.
+    /// A triangle that borders the hole.
     beside: u32,
 }
 
 impl Topology {
-    /// Closed parts within others whose outside is on the same side as that of the other one: as
-    /// walls of hollows they are turned the wrong way.
+    /// Returns closed parts inside another closed part that are oriented like it. Their outside
+    /// would have to face the cavity, if they are the walls of bubbles.
     pub fn filled_hollows(&self, data: &MeshData) -> Vec<MeshComponent> {
         if self.components.len() < 2 || self.components.len() > MOST_PARTS {
             return Vec::new();
@@ -56,8 +56,8 @@ impl Topology {
             .collect()
     }
 
-    /// Whether a triangle is within a closed part, by the number of times that a ray from it
-    /// crosses the part.
+    /// Returns whether a triangle is inside a closed part. A ray from the triangle then crosses the
+    /// part an odd number of times.
     fn is_within(&self, data: &MeshData, triangle: u32, part: u32) -> bool {
         // No direction along which models are built.
         let direction = DVec3::new(0.539_134, 0.617_291, 0.573_008);
@@ -70,7 +70,7 @@ impl Topology {
         crossings.count() % 2 == 1
     }
 
-    /// Holes with three edges, of a mesh that has no other open edge.
+    /// Returns the holes with three edges. Empty if the mesh has any other open edge.
     pub fn triangular_holes(&self) -> CountAndFirst<MeshHole> {
         let open = &self.open_edges;
         let is_all_kept = open.count == open.some.len() as u64;
@@ -116,8 +116,8 @@ impl Topology {
     }
 }
 
-/// Whether a ray crosses a triangle ("Fast, Minimum Storage Ray-Triangle Intersection", Möller,
-/// Trumbore 1997).
+/// Returns whether a ray crosses a triangle ("Fast, Minimum Storage Ray-Triangle Intersection",
+/// Möller, Trumbore 1997).
 fn crosses_triangle(from: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
     let (u_edge, v_edge) = (b - a, c - a);
     let p = direction.cross(v_edge);
@@ -132,7 +132,7 @@ fn crosses_triangle(from: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> boo
 }
 
 impl UsedMesh<'_> {
-    /// Bubbles in glass whose wall is turned the wrong way.
+    /// Returns a finding about bubbles in glass whose walls are oriented the wrong way.
     pub fn check_hollows(&self, topology: &Topology) -> Option<StressFinding> {
         let is_body = |object: &&&ObjectFacts<'_>| object.matter == SurfaceKind::Body;
         let bodies = || self.objects.iter().filter(is_body);
@@ -157,7 +157,8 @@ impl UsedMesh<'_> {
         })
     }
 
-    /// Holes in an opaque surface that is closed but for them: wrong where a camera sees its inside.
+    /// Returns a finding about triangular holes in an opaque, otherwise closed surface. The picture
+    /// is wrong if a camera sees through a hole.
     pub fn check_holes(&self, topology: &Topology) -> Option<StressFinding> {
         let opaque = || {
             let all = self.objects.iter();
@@ -207,7 +208,8 @@ impl UsedMesh<'_> {
         Some(finding.with_place(finite_point(place)))
     }
 
-    /// Whether a hole is in view of a camera that is in front of the triangle beside it.
+    /// Returns whether a hole is in view of a camera on the outer side of the triangle that borders
+    /// it.
     fn faces_camera(&self, object_facts: &ObjectFacts<'_>, hole: &MeshHole) -> bool {
         let corners = self.data.indices[hole.beside as usize];
         let [a, b, c] = corners.map(|corner| {

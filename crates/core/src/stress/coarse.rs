@@ -1,5 +1,5 @@
-//! Objects whose coordinates are stored in steps that are coarse for their size, since one is far
-//! from the others, and which one that is.
+//! Objects whose coordinates are stored in steps that are large for their size. The cause is an
+//! object far from the others; the finding names it.
 
 use raywright_bvh::Real;
 
@@ -14,14 +14,14 @@ use crate::origin::{StorageOrigin, resolves, spacing};
 use crate::scene::Shape;
 use crate::settings::{PrecisionChoice, Settings};
 
-/// How many times as far from the cameras as an object another one is for whose sake the object is
-/// stored coarsely.
+/// Least ratio of two objects' distances from the cameras for the farther one to be the cause of
+/// coarse coordinates.
 const FARTHER: f64 = 100.0;
 
-/// Objects that are stored coarsely for one cause and with one effect.
+/// Coarsely stored objects with the same cause and severity.
 struct CoarseObjects {
     objects: Vec<usize>,
-    /// The one that is far from the rest.
+    /// The distant object that causes the coarse coordinates.
     far: usize,
     is_seen: bool,
     is_mesh: bool,
@@ -29,7 +29,7 @@ struct CoarseObjects {
     effect: Option<RoundingEffect>,
 }
 
-/// What a prepared scene stores coarsely, with the subjects that are stored so.
+/// Returns the findings about coarsely stored objects, and the subjects of these objects.
 pub(super) fn check(
     scene_facts: &SceneFacts<'_>,
     ready: &ReadyScene,
@@ -118,7 +118,8 @@ fn measure_coarse_objects<R: Real>(
     group_by_cause(coarse.into_iter().map(own_group))
 }
 
-/// Coarse objects, each as a group of its own, together by the far object and how bad they are.
+/// Groups coarsely stored objects by their distant object and severity. Each item of `all` holds a
+/// single object.
 fn group_by_cause(all: impl Iterator<Item = CoarseObjects>) -> Vec<CoarseObjects> {
     let mut groups: Vec<CoarseObjects> = Vec::new();
     for coarse in all {
@@ -137,7 +138,7 @@ fn group_by_cause(all: impl Iterator<Item = CoarseObjects>) -> Vec<CoarseObjects
     groups
 }
 
-/// The scene in doubles.
+/// Prepares the scene again in double precision. Returns `None` on failure.
 fn in_doubles(scene_facts: &SceneFacts<'_>, ready: &ReadyScene) -> Option<ReadyScene> {
     let settings = Settings {
         precision: PrecisionChoice::Reference,
@@ -146,7 +147,7 @@ fn in_doubles(scene_facts: &SceneFacts<'_>, ready: &ReadyScene) -> Option<ReadyS
     prepare(scene_facts.scene, &settings, &()).ok()
 }
 
-/// Distance of each object from the nearest camera in metres; `None` for an unbounded one.
+/// Distance of each object from the nearest camera in metres; `None` for an unbounded object.
 struct ObjectDistances {
     distances: Vec<Option<f64>>,
     farthest: Option<usize>,
@@ -171,7 +172,8 @@ impl ObjectDistances {
         }
     }
 
-    /// Returns the object that is farthest from all cameras, if it is much farther than this one.
+    /// Returns the object farthest from the cameras, if it is more than `FARTHER` times as far as
+    /// object `index`.
     fn find_farther_object(&self, index: usize) -> Option<usize> {
         let own = self.distances[index]?;
         self.farthest
@@ -180,7 +182,7 @@ impl ObjectDistances {
 }
 
 impl CoarseObjects {
-    /// Adds others of the same cause.
+    /// Adds the objects of another group with the same cause.
     fn add(&mut self, other: Self) {
         self.objects.extend(other.objects);
         self.spacing = self.spacing.max(other.spacing);

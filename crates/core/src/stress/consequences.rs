@@ -1,21 +1,22 @@
-//! Each cause is told once: what follows from another finding is left out.
+//! Findings that follow from other findings. They are left out, so that each cause is reported
+//! once.
 
 use super::facts::SceneFacts;
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use crate::scene::Sky;
 
-/// What of a finding has to be the same in another one that follows from it.
+/// What two findings must have in common for the second to follow from the first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ConsequentFindingScope {
-    /// Nothing: it follows wherever it is.
+    /// Nothing: the second follows anywhere in the scene.
     Scene,
     /// The subject.
     Subject,
-    /// The image, which the material of the other one reads, or the sky.
+    /// An image: the first finding is about it, and the material or the sky of the second reads it.
     Image,
 }
 
-/// Causes with what follows from them.
+/// Codes of causes, each with the codes that follow from it.
 const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 12] = [
     (
         FindingCode::LightBehindGlass,
@@ -84,7 +85,7 @@ const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 12] 
     ),
 ];
 
-/// The findings without those that follow from others among them.
+/// Removes the findings that follow from other findings of the list.
 pub(super) fn remove_consequent_findings(
     scene_facts: &SceneFacts<'_>,
     mut findings: Vec<StressFinding>,
@@ -113,8 +114,8 @@ pub(super) fn remove_consequent_findings(
     findings
 }
 
-/// Whether a material reads an image; of the scene and its cameras whether the sky or any material
-/// does.
+/// Returns whether a material reads an image. For any other `reader`, returns whether the sky or
+/// any material in use reads it.
 fn reads_image(
     scene_facts: &SceneFacts<'_>,
     reader: FindingSubject,

@@ -1,5 +1,5 @@
-//! Texture coordinates of meshes: such as an image needs and the mesh lacks, and such as give no
-//! direction to a normal map.
+//! Texture coordinates of meshes: coordinates that an image needs and the mesh lacks, and
+//! degenerate ones that give a normal map no tangent direction.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -12,7 +12,7 @@ use super::used_mesh::UsedMesh;
 use crate::scene::{Material, MaterialModel};
 
 impl UsedMesh<'_> {
-    /// The first fault of the coordinates that the materials of its objects read.
+    /// Returns the first fault of the texture coordinates that the mesh's materials use.
     pub fn check_texture_coordinates(&self) -> Option<StressFinding> {
         let mut judged = HashSet::new();
         self.objects.iter().find_map(|object_facts| {
@@ -32,8 +32,8 @@ impl UsedMesh<'_> {
         })
     }
 
-    /// The first set of coordinates that the mesh lacks and that an image of a material is read
-    /// by. An image of one colour is the same wherever it is read.
+    /// Returns the first set of texture coordinates that a material's images use and the mesh
+    /// lacks. Images of one colour are ignored: they look the same with any coordinates.
     fn first_lacking_set(&self, material: &Material) -> Option<u32> {
         let sets: BTreeSet<u32> = material
             .textures()
@@ -77,7 +77,8 @@ impl UsedMesh<'_> {
         finding.with_place(nearest.and_then(|(_, point)| finite_point(point)))
     }
 
-    /// Triangles on which no direction of a normal map is known.
+    /// Finds triangles whose texture coordinates span no area, so that a normal map has no tangent
+    /// direction.
     fn degenerate_uv_finding(
         &self,
         object_facts: &ObjectFacts<'_>,

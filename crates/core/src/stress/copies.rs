@@ -1,4 +1,4 @@
-//! Copies of a generator that stand in one place.
+//! Copies of a generator at the same position.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -12,11 +12,12 @@ use super::ray_survey::RaySurvey;
 use crate::generate::{count_generated_objects, generator_offsets};
 use crate::scene::Generator;
 
-/// Copies in one place from which on rays are slower by them.
+/// Number of copies at one position above which they slow rays down.
 const MANY: u64 = 64;
 
-/// Generators of which copies are in one place with another copy, of their own or of a generator
-/// before them. The time grows with the number of copies, not with pairs of generators.
+/// Finds generators with copies that coincide: with each other, with copies of an earlier
+/// generator, or with a listed object. The time grows with the number of copies, not with the
+/// number of pairs of generators.
 pub(super) fn check(
     scene_facts: &SceneFacts<'_>,
     doubles: &DuplicateObjects,
@@ -38,8 +39,8 @@ pub(super) fn check(
     findings
 }
 
-/// Returns the same key for generators that make copies of one shape in one pose at the same
-/// places: a hash of the places, and the object.
+/// Returns a key of a generator: a hash of its copies' positions, and its shape, transform and side
+/// rule as text. Generators with equal keys make coinciding copies.
 fn generator_key(generator: &Generator) -> (u64, String) {
     let mut hasher = DefaultHasher::new();
     for offset in generator_offsets(&generator.kind) {
@@ -54,7 +55,8 @@ fn generator_key(generator: &Generator) -> (u64, String) {
     (hasher.finish(), label)
 }
 
-/// How bad copies in one place are, and what they do.
+/// Returns the severity of coinciding copies and the words for their effect. `most` is the greatest
+/// number of copies at one position.
 fn judged(scene_facts: &SceneFacts<'_>, generator: usize, most: u64) -> (Severity, &'static str) {
     let object_facts = &scene_facts.objects[scene_facts.scene.objects.len() + generator];
     if object_facts.is_blended() {
@@ -108,7 +110,7 @@ fn own_copies(
     Some(finding.with_place(at))
 }
 
-/// The finding that copies of a generator stand in the place of listed objects.
+/// Returns the finding that copies of a generator coincide with listed objects.
 fn copy_over_object_finding(
     scene_facts: &SceneFacts<'_>,
     survey: &RaySurvey,
@@ -129,7 +131,7 @@ fn copy_over_object_finding(
     .with_place(centre.and_then(|centre| finite_point(centre + offset)))
 }
 
-/// The finding that a generator makes the copies of another one again.
+/// Returns the finding that a generator repeats the copies of an earlier generator.
 fn twin_generator_finding(
     scene_facts: &SceneFacts<'_>,
     [before, index]: [usize; 2],

@@ -1,8 +1,8 @@
-//! Flat surfaces of two objects in one plane, one over the other: which of them is seen there is no
-//! matter of distance.
+//! Overlapping flat faces of two objects in one plane. Their distances along a ray are equal, so
+//! that depth does not determine the visible face.
 //!
-//! Sorted by their planes, and in each plane along an axis, so that of many faces only neighbours
-//! are compared.
+//! Faces are sorted by plane, and within a plane along an axis. Only faces that overlap on this
+//! axis are compared.
 
 use std::collections::BTreeMap;
 
@@ -18,38 +18,42 @@ use super::facts::SceneFacts;
 use super::topology::Topology;
 use crate::settings::PrecisionChoice;
 
-/// Normals that differ by less are parallel.
+/// Two normals are parallel if the length of their cross product, or the difference of their keys,
+/// is at most this.
 const PARALLEL: f64 = 1e-9;
-/// How many roundings apart surfaces have to be to be told apart.
+/// Least separation of distinguishable surfaces, in units of the rounding error.
 const ROUNDINGS: f64 = 4.0;
-/// Share of the greatest coordinate below which two planes are one in doubles too.
+/// Two planes are equal even in double precision if their separation, as a share of the greatest
+/// coordinate, is below this.
 const ONE_PLANE: f64 = 1e-12;
-/// Overlaps of which account is kept; a pile of sheets has one for each two.
+/// Greatest number of overlaps that are recorded. A pile of sheets has one for each pair of sheets.
 const MOST: usize = 4096;
-/// Pairs of faces that are compared. Faces that all lie beside each other have half the square of
-/// their number.
+/// Greatest number of pairs of faces that are compared. N faces that all overlap on the sort axis
+/// have N²/2 pairs.
 const MOST_PAIRS: usize = 1 << 24;
 
-/// Two objects with a face each in one plane, and where both are.
+/// Two objects with coplanar faces that overlap, and the region of the overlap.
 #[derive(Clone, Debug)]
 pub(super) struct CoplanarOverlap {
     pub objects: [usize; 2],
-    /// Whether no body is among them, whose face may be hidden by what it stands on.
+    /// Whether neither face belongs to a closed body. The face of a body may be hidden
+    /// legitimately, by the surface on which the body stands.
     pub are_sheets: bool,
     normal: DVec3,
-    /// Convex, counter-clockwise about the normal; empty where both have no end.
+    /// Region of the overlap: a convex polygon, counter-clockwise about the normal. Empty if both
+    /// faces are unbounded.
     outline: Vec<DVec3>,
     pub position: DVec3,
-    /// How far apart they are there at most, in metres.
+    /// Greatest separation of the two faces within the overlap, in metres.
     pub gap: f64,
     tolerance: f64,
 }
 
-/// What a precision tells apart in the pictures of some cameras.
+/// Least separation at which the cameras' pictures show two surfaces apart, for a precision.
 pub(super) struct DepthResolution<'a> {
     pub precision: PrecisionChoice,
     views: &'a [CameraView],
-    /// How far in front of each camera's eye its rays start, in metres.
+    /// Distance from each camera's eye to the origins of its rays, in metres.
     skipped: Vec<f64>,
 }
 
@@ -66,7 +70,7 @@ impl<'a> DepthResolution<'a> {
         }
     }
 
-    /// The cameras, each with the length of a ray of it to a place, in metres.
+    /// Returns the cameras, each with the length of its ray to a position, in metres.
     fn ray_lengths(&self, position: DVec3) -> impl Iterator<Item = (&CameraView, f64)> {
         let length = move |(view, skipped): (&'a CameraView, &f64)| {
             (view, (view.distance_from_eye(position) - skipped).abs())
@@ -81,8 +85,8 @@ impl<'a> DepthResolution<'a> {
         }
     }
 
-    /// How far surfaces have to be apart at a place, in metres: a ray's way there is rounded, and
-    /// so is the place itself.
+    /// Returns the least separation of distinguishable surfaces at a position, in metres. It covers
+    /// the rounding of the ray's length and of the position.
     pub fn min_separation_at(&self, position: DVec3) -> f64 {
         let in_view = self
             .ray_lengths(position)
@@ -93,7 +97,7 @@ impl<'a> DepthResolution<'a> {
 }
 
 impl CoplanarOverlap {
-    /// Whether a point with this normal, or the opposite one, is where both are.
+    /// Returns whether a surface point lies in the overlap. `normal` may point to either side.
     fn contains_surface_point(&self, point: DVec3, normal: DVec3) -> bool {
         let within = |i: usize| {
             let (from, to) = (self.outline[i], self.outline[(i + 1) % self.outline.len()]);
@@ -105,17 +109,17 @@ impl CoplanarOverlap {
     }
 }
 
-/// All overlaps of a scene, and those of each object.
+/// All overlaps of a scene, indexed by object.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OverlapTable {
     pub list: Vec<CoplanarOverlap>,
     of: BTreeMap<usize, Vec<usize>>,
-    /// Pairs that were compared.
+    /// Number of pairs of faces that were compared.
     pairs: usize,
 }
 
 impl OverlapTable {
-    /// The other objects that are where this one is seen.
+    /// Returns the other objects that overlap `object` at a point of its surface.
     pub fn overlapping_objects(
         &self,
         object: usize,
@@ -136,7 +140,7 @@ impl OverlapTable {
     }
 }
 
-/// Finds what lies in one plane and overlaps there, of objects of different materials.
+/// Finds overlapping coplanar faces of objects with different materials.
 pub(super) fn find_overlaps(
     scene_facts: &SceneFacts<'_>,
     topologies: &BTreeMap<usize, Topology>,
@@ -174,8 +178,7 @@ pub(super) fn find_overlaps(
     found
 }
 
-/// Compares the faces of a plane that are beside each other along the axis in which they reach
-/// furthest.
+/// Compares the faces of a plane that overlap along an axis: the axis of their greatest extent.
 fn find_overlaps_in_plane(
     scene_facts: &SceneFacts<'_>,
     faces: &mut [FlatFace],
@@ -223,7 +226,8 @@ fn find_overlaps_in_plane(
     }
 }
 
-/// What two faces have in common.
+/// Returns the overlap of two coplanar faces. Returns `None` if they do not overlap, share an
+/// object or material, or belong to bodies that stand back to back.
 fn overlap_of_faces(
     scene_facts: &SceneFacts<'_>,
     a: &FlatFace,

@@ -1,9 +1,9 @@
-//! A count that keeps its first items, so that a finding can show where they are.
+//! A count that also keeps its first items, so that a finding can show their positions.
 
-/// Number of items that are kept.
+/// Greatest number of items that are kept.
 const KEPT: usize = 1 << 10;
 
-/// The number of items, and the first of them.
+/// The number of items, and the first of the items themselves.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct CountAndFirst<T = u32> {
     pub count: u64,
@@ -45,8 +45,8 @@ impl<T> CountAndFirst<T> {
 mod tests {
     use super::*;
 
-    /// Protects: the sum of two counts counts all items and keeps the first of both in order, up to
-    /// the room that is left.
+    /// Protects: a merged count counts the items of both. It keeps the first items of both, in
+    /// order, up to the limit.
     #[test]
     fn a_sum_counts_all_and_keeps_the_first() {
         for (left, right) in [

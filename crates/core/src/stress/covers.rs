@@ -1,4 +1,4 @@
-//! What stands between lights and what a camera sees, where everything is black.
+//! Objects between the lights and the visible surfaces, as the cause of a black picture.
 
 use std::collections::BTreeMap;
 
@@ -11,33 +11,35 @@ use crate::dispatch::PreparedSceneTask;
 use crate::prepare::PreparedScene;
 use crate::scene::{Colour, LightKind, Sky};
 
-/// Lights to which rays are sent, places that are seen, and directions of a sky.
+/// Greatest number of lights and of emissive objects from which rays are traced, greatest number of
+/// visible points, and number of sky directions for each point.
 const LIGHTS: usize = 16;
 const PLACES: usize = 32;
 const DIRECTIONS: u64 = 32;
-/// Surfaces on a way that are looked through.
+/// Greatest number of surfaces that a ray passes before the search ends.
 const HITS: usize = 64;
-/// Percentage of the ways of a light up to which nothing may be on them.
+/// Greatest percentage of a light's rays that may be unblocked if the light is still covered.
 const FREE: u64 = 10;
-/// Share of a way at its ends where no surface is in the way.
+/// Share of a ray's length before its end point within which a surface does not block it.
 const NEAR: f64 = 1e-4;
 
-/// An opaque object that ends most ways between lights and what is seen.
+/// An opaque object that blocks most rays between a light and the visible surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Cover {
     pub object: usize,
-    /// A light on whose way it is.
+    /// The light whose rays it blocks.
     pub light: FindingSubject,
 }
 
-/// Rays from lights to places that a camera sees.
+/// Search for an object that blocks the rays from lights to visible points.
 pub(super) struct CoverSearch<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
-    /// On the side of the surfaces that is seen.
+    /// Visible points, slightly in front of their surfaces, in metres.
     pub seen: Vec<DVec3>,
 }
 
-/// From where to where light would go.
+/// A straight path from a light to a visible point. `own` is the index of an emissive object, which
+/// does not block its own light.
 struct LightPath {
     light: FindingSubject,
     from: DVec3,
@@ -119,7 +121,7 @@ impl CoverSearch<'_> {
         paths
     }
 
-    /// The first opaque object on a way.
+    /// Returns the first opaque object on a path, or `None` if the path is unblocked.
     fn blocker<R: Real>(&self, prepared: &PreparedScene<R>, path: &LightPath) -> Option<usize> {
         let distance = path.from.distance(path.to);
         let direction = (path.to - path.from).try_normalize()?;

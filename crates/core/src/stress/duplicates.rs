@@ -1,4 +1,5 @@
-//! Objects that are there again in the same place, however their files say where that is.
+//! Objects that occur twice in one place. The transforms that place them may be written
+//! differently.
 
 use std::collections::HashMap;
 use std::collections::hash_map::DefaultHasher;
@@ -12,24 +13,25 @@ use super::ray_survey::RaySurvey;
 use crate::generate::generator_offsets;
 use crate::scene::{MeshData, Object, Shape};
 
-/// Share of an object's size that parts two places. No round number of it is on the border between
-/// two steps.
+/// Step to which positions are rounded before they are compared, as a share of the object's size.
+/// Not a round number, so that round coordinates are not on the border between two steps.
 const STEP: f64 = 0.739_085e-8;
 
-/// Where and what an object is, the same for all that are in one place.
+/// Shape and rounded placement of an object. Equal for objects that coincide.
 type ObjectKey = (String, Vec<i64>);
 
-/// Objects by what they are, and then by where.
+/// Indices of objects, by shape and then by rounded placement.
 type PlacedObjects = HashMap<String, HashMap<Vec<i64>, usize>>;
 
-/// Which objects are in one place and of one shape.
+/// The listed objects that coincide with other listed objects.
 pub(super) struct DuplicateObjects {
-    /// The first of those in its place, for each listed object.
+    /// For each listed object, the index of the first object that coincides with it (possibly
+    /// itself).
     first: Vec<usize>,
-    /// Whether others are in its place.
+    /// For each listed object, whether another one coincides with it.
     have_twins: Vec<bool>,
     places: PlacedObjects,
-    /// Hashes of the meshes that listed objects show.
+    /// Hash of each mesh that listed objects use, by the index of the mesh.
     meshes: HashMap<usize, u64>,
 }
 
@@ -66,7 +68,7 @@ impl DuplicateObjects {
         }
     }
 
-    /// Objects that are there twice.
+    /// Returns a finding for each listed object that coincides with an earlier one.
     pub fn check(&self, scene_facts: &SceneFacts<'_>, survey: &RaySurvey) -> Vec<StressFinding> {
         let twins = self.first.iter().enumerate();
         twins
@@ -75,8 +77,9 @@ impl DuplicateObjects {
             .collect()
     }
 
-    /// Copies of a generator in the place of a listed object: how many, and the first with its
-    /// offset from the generator's first copy.
+    /// Finds copies of a generator that coincide with listed objects. Returns the number of these
+    /// copies, the listed object of the first, and the offset of the first from the generator's
+    /// first copy.
     pub fn copies_over_objects(
         &self,
         scene_facts: &SceneFacts<'_>,
@@ -102,13 +105,13 @@ impl DuplicateObjects {
         first.map(|(listed, offset)| (count, listed, offset))
     }
 
-    /// Whether both of two objects are in one place.
+    /// Returns whether two listed objects coincide.
     pub fn are_duplicates(&self, [a, b]: [usize; 2]) -> bool {
         let first = |object: usize| self.first.get(object);
         first(a).is_some() && first(a) == first(b)
     }
 
-    /// Whether there are others in the place of one.
+    /// Returns whether another listed object coincides with this object.
     pub fn has_duplicate(&self, object: usize) -> bool {
         self.have_twins
             .get(object)
@@ -116,7 +119,7 @@ impl DuplicateObjects {
     }
 }
 
-/// A number that meshes of the same corners and triangles have in common.
+/// Returns a hash of a mesh's positions and triangles.
 fn mesh_content_hash(data: &MeshData) -> u64 {
     let mut hasher = DefaultHasher::new();
     for corner in data.positions.iter() {
@@ -126,7 +129,8 @@ fn mesh_content_hash(data: &MeshData) -> u64 {
     hasher.finish()
 }
 
-/// What an object is and where a map puts it.
+/// Returns the shape and the rounded placement of an object under a transform. `content` is the
+/// hash of the object's mesh.
 fn object_key(object_facts: &ObjectFacts<'_>, map: DAffine3, content: Option<u64>) -> ObjectKey {
     let Object {
         shape,
@@ -168,7 +172,8 @@ fn object_key(object_facts: &ObjectFacts<'_>, map: DAffine3, content: Option<u64
     (format!("{label}{side:?}{way:?}"), place)
 }
 
-/// Numbers in steps of a size. Where that is finer than their own digits, the digits count.
+/// Rounds coordinates to steps of `STEP` times `size`. A value that has fewer digits than such a
+/// step is kept exactly.
 fn quantise_coordinates(values: &[f64], size: f64) -> Vec<i64> {
     let step = |value: &f64| {
         let steps = (value / (STEP * size)).round();
@@ -181,14 +186,14 @@ fn quantise_coordinates(values: &[f64], size: f64) -> Vec<i64> {
     values.iter().map(step).collect()
 }
 
-/// Whether a matrix only turns, mirrors and scales alike along all axes.
+/// Returns whether a matrix only rotates, mirrors and scales uniformly by `scale`.
 fn is_similarity_transform(matrix: glam::DMat3, scale: f64) -> bool {
     let square = matrix.transpose() * matrix;
     let other = glam::DMat3::from_diagonal(glam::DVec3::splat(scale * scale));
     square.abs_diff_eq(other, 1e-9 * scale * scale)
 }
 
-/// The finding that the second of two objects is in one place with the first.
+/// Returns the finding that the second of two objects coincides with the first.
 pub(super) fn duplicate_finding(
     scene_facts: &SceneFacts<'_>,
     survey: &RaySurvey,

@@ -1,4 +1,4 @@
-//! Flat faces of objects as polygons in the world.
+//! Flat faces of objects, as polygons in world space.
 
 use std::collections::BTreeMap;
 
@@ -8,24 +8,27 @@ use super::facts::{ObjectFacts, SceneFacts};
 use super::topology::Topology;
 use crate::scene::Shape;
 
-/// Sides of the polygon that stands for a disk.
+/// Number of sides of the polygon that approximates a disk.
 const SIDES: u32 = 24;
-/// Triangles of a mesh that are compared one by one, and of all meshes together.
+/// Greatest number of triangles of a mesh whose faces are compared, and of all these meshes
+/// together.
 const MESH_FACES: usize = 64;
 pub(super) const ALL_MESH_FACES: usize = 1 << 18;
 
-/// A flat face in the world.
+/// A flat face in world space.
 pub(super) struct FlatFace {
     pub object: usize,
     pub normal: DVec3,
-    /// Corners in order; of a plane, which has none, a point.
+    /// Corners in order. A plane, which has no corners, has a single point of the plane instead.
     pub corners: Vec<DVec3>,
     pub is_endless: bool,
     pub is_sheet: bool,
 }
 
 impl FlatFace {
-    /// Its normal's direction without a sign, and how far along that its plane is.
+    /// Returns two numbers that coplanar faces have in common. The first depends on the direction
+    /// of the normal without its sign, the second is the signed distance of the plane from the
+    /// origin.
     pub fn plane_key(&self) -> [f64; 2] {
         // Directions that are no multiples of each other have other products with it, but for rare
         // ones.
@@ -34,7 +37,8 @@ impl FlatFace {
     }
 }
 
-/// The flat faces of an object that stands still, of meshes of those with few triangles.
+/// Returns the flat faces of an object at rest. A mesh has none if it has too many triangles.
+/// `room` is the number of triangles that may still be added.
 pub(super) fn find_flat_faces(
     object: usize,
     scene_facts: &SceneFacts<'_>,
@@ -67,7 +71,7 @@ pub(super) fn find_flat_faces(
     found.into_iter().map(in_world).filter(is_finite).collect()
 }
 
-/// A flat face in the space of its object.
+/// A flat face in object space.
 struct LocalFace {
     normal: DVec3,
     corners: Vec<DVec3>,
@@ -90,7 +94,7 @@ impl LocalFace {
     }
 }
 
-/// The flat faces of a shape that is no mesh.
+/// Returns the flat faces of a shape other than a mesh.
 fn shape_faces(shape: &Shape) -> Vec<LocalFace> {
     let v = DVec3::from_array;
     match *shape {
@@ -125,7 +129,7 @@ fn shape_faces(shape: &Shape) -> Vec<LocalFace> {
     }
 }
 
-/// A side of a box by its index: its axis, and whether it is the lower or the upper one.
+/// Returns a face of a box. The index is twice the axis, plus 1 for the upper face.
 fn box_side(min: DVec3, max: DVec3, index: usize) -> LocalFace {
     let ends = [min, max];
     let (axis, end) = (index / 2, index % 2);
@@ -140,7 +144,8 @@ fn box_side(min: DVec3, max: DVec3, index: usize) -> LocalFace {
     LocalFace::new(out, &corners, false)
 }
 
-/// The triangles of a mesh with few, as far as there is room for them.
+/// Returns the triangles of a small mesh as faces, and subtracts their number from `room`. Empty if
+/// the mesh is too large or no room is left.
 fn mesh_faces(
     object_facts: &ObjectFacts<'_>,
     scene_facts: &SceneFacts<'_>,
@@ -160,7 +165,7 @@ fn mesh_faces(
     data.indices.iter().map(face).collect()
 }
 
-/// A face's corners, counter-clockwise about a normal.
+/// Returns a face's corners, counter-clockwise about a normal.
 pub(super) fn counter_clockwise_corners(face: &FlatFace, normal: DVec3) -> Vec<DVec3> {
     let mut corners = face.corners.clone();
     if signed_double_area(&corners, normal) < 0.0 {
@@ -169,7 +174,7 @@ pub(super) fn counter_clockwise_corners(face: &FlatFace, normal: DVec3) -> Vec<D
     corners
 }
 
-/// Twice the area of a polygon, below zero where it is clockwise about the normal.
+/// Returns twice the area of a polygon, negative if it is clockwise about the normal.
 pub(super) fn signed_double_area(corners: &[DVec3], normal: DVec3) -> f64 {
     let first = corners.first().copied().unwrap_or_default();
     corners
@@ -178,8 +183,8 @@ pub(super) fn signed_double_area(corners: &[DVec3], normal: DVec3) -> f64 {
         .sum()
 }
 
-/// A convex polygon cut by the edges of another ("Reentrant Polygon Clipping", Sutherland, Hodgman
-/// 1974).
+/// Clips a convex polygon by the edges of another convex polygon ("Reentrant Polygon Clipping",
+/// Sutherland, Hodgman 1974).
 pub(super) fn clip_polygon(mut corners: Vec<DVec3>, by: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     for (i, &from) in by.iter().enumerate() {
         let inwards = normal.cross(by[(i + 1) % by.len()] - from);

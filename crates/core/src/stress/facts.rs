@@ -1,5 +1,5 @@
-//! What checks ask of a scene's data: its objects with their materials, and what those make of the
-//! space within.
+//! Facts about a scene that the checks share: its objects with their materials, bounds and surface
+//! kinds.
 
 use std::collections::BTreeMap;
 
@@ -14,14 +14,14 @@ use crate::lookup::SceneLookup;
 use crate::scene::{AlphaMode, Material, MaterialModel, MeshData, Object, Scene, Shape, SideRule};
 use crate::shape::convert_shape;
 
-/// What a material makes of a surface.
+/// How light passes a surface, by its material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SurfaceKind {
-    /// Light ends at it or is sent back.
+    /// Light is absorbed or reflected.
     Opaque,
-    /// It bounds a body that light goes through, so that it has to be closed.
+    /// The surface bounds a body that light passes through. It has to be closed.
     Body,
-    /// Light passes it straight: a thin wall, or a share of what is behind it.
+    /// Light passes straight through: a thin wall, or a partly transparent (blended) surface.
     Veil,
 }
 
@@ -52,28 +52,30 @@ impl SurfaceKind {
     }
 }
 
-/// An object, of a generator all of its objects.
+/// An object of the scene's list, or a generator as a whole.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ObjectFacts<'a> {
     pub object: &'a Object,
     pub subject: FindingSubject,
-    /// Its material with its place in the scene's list.
+    /// The material, with its index in the scene's list.
     pub material: Option<(usize, &'a Material)>,
     pub matter: SurfaceKind,
-    /// From object space to the world; for a generator, that of its first object.
+    /// Transform from object to world space; for a generator, that of its first object.
     pub map: DAffine3,
-    /// Bounding box of the object, or of a generator's first object; none if it is unbounded.
+    /// World-space bounding box of the object, or of a generator's first object. `None` if
+    /// unbounded.
     pub bounds: Option<Aabb>,
 }
 
 impl ObjectFacts<'_> {
-    /// Whether the camera looks through its back.
+    /// Returns whether camera rays hit only one side of the surface.
     pub fn hides_back_faces(&self) -> bool {
         self.object.side != SideRule::Both
     }
 
-    /// Whether a share of the light passes the surface straight, so that two in one place hide more
-    /// than one. Of two boundaries of glass in one place, and of two thin walls, rays meet only one.
+    /// Returns whether the surface is blended, so that a share of the light passes straight
+    /// through. Two blended surfaces in one place hide more than one. Two coinciding glass
+    /// boundaries or thin walls do not: rays hit only one of them.
     pub fn is_blended(&self) -> bool {
         self.material.is_some_and(|(_, material)| {
             matches!(&material.model, MaterialModel::Physical(m) if m.alpha == AlphaMode::Blend)
@@ -85,15 +87,15 @@ impl ObjectFacts<'_> {
     }
 }
 
-/// A scene as checks see it.
+/// A scene with facts that the checks share.
 pub(crate) struct SceneFacts<'a> {
     pub scene: &'a Scene,
     pub lookup: SceneLookup<'a>,
-    /// The listed objects, and one for each generator.
+    /// The listed objects, followed by one entry for each generator.
     pub objects: Vec<ObjectFacts<'a>>,
-    /// Around everything that has an end.
+    /// Bounding box of all bounded objects, in metres.
     pub bounds: Aabb,
-    /// Index of the first object of each generator where all objects are counted.
+    /// Number of objects before each generator's first object: listed and generated ones.
     starts: Vec<u64>,
 }
 
@@ -147,7 +149,8 @@ impl<'a> SceneFacts<'a> {
         }
     }
 
-    /// The facts of one of all objects, generated ones counted each.
+    /// Returns the index in `objects` of an object, given its index among all objects. There, each
+    /// generated object counts singly.
     pub fn facts_index(&self, object: u32) -> usize {
         let (object, listed) = (object as usize, self.scene.objects.len());
         if object < listed {
@@ -157,7 +160,7 @@ impl<'a> SceneFacts<'a> {
         }
     }
 
-    /// The mesh that an object shows, with its place in the scene's list.
+    /// Returns the mesh of an object, with its index in the scene's list of meshes.
     pub fn mesh_of_object(&self, object: &Object) -> Option<(usize, &'a MeshData)> {
         let Shape::Mesh(name) = &object.shape else {
             return None;
@@ -168,7 +171,7 @@ impl<'a> SceneFacts<'a> {
         ))
     }
 
-    /// The objects that show each mesh, by its place in the scene's list.
+    /// Returns the meshes in use with the objects that show them, by the index of the mesh.
     pub fn shown_meshes(&self) -> BTreeMap<usize, (&'a MeshData, Vec<&ObjectFacts<'a>>)> {
         let mut shown: BTreeMap<usize, (&MeshData, Vec<&ObjectFacts<'_>>)> = BTreeMap::new();
         for object_facts in &self.objects {
@@ -183,7 +186,8 @@ impl<'a> SceneFacts<'a> {
         shown
     }
 
-    /// Materials that objects show, by their places, each once.
+    /// Returns the materials in use with their indices, each once, in the order of the scene's
+    /// list.
     pub fn used_materials(&self) -> Vec<(usize, &'a Material)> {
         let mut used: Vec<(usize, &Material)> = self
             .objects
@@ -195,17 +199,17 @@ impl<'a> SceneFacts<'a> {
         used
     }
 
-    /// Whether there is no object at all.
+    /// Returns whether the scene has neither objects nor generators.
     pub fn is_empty(&self) -> bool {
         self.objects.is_empty()
     }
 
-    /// The longest edge of the box around everything that has an end.
+    /// Returns the longest edge of the bounding box of all bounded objects, in metres.
     pub fn largest_extent(&self) -> f64 {
         largest_extent(&self.bounds)
     }
 
-    /// The length of the diagonal of everything that has an end.
+    /// Returns the diagonal of the bounding box of all bounded objects, in metres; 0 without any.
     pub fn bounds_diagonal(&self) -> f64 {
         if self.bounds.is_empty() {
             0.0
@@ -215,7 +219,7 @@ impl<'a> SceneFacts<'a> {
     }
 }
 
-/// The longest edge of a box; zero for an empty one.
+/// Returns the longest edge of a box; 0 for an empty box.
 pub(super) fn largest_extent(bounds: &Aabb) -> f64 {
     if bounds.is_empty() {
         0.0
@@ -224,7 +228,8 @@ pub(super) fn largest_extent(bounds: &Aabb) -> f64 {
     }
 }
 
-/// The box around an object where a map puts it.
+/// Returns the bounding box of an object under a transform. Returns `None` if it is unbounded,
+/// empty or not finite.
 fn object_bounds<'a>(
     lookup: &SceneLookup<'a>,
     meshes: &mut BTreeMap<&'a str, Aabb>,
@@ -246,12 +251,12 @@ fn object_bounds<'a>(
     bounds.filter(|bounds| bounds.min.is_finite() && bounds.max.is_finite())
 }
 
-/// A place as findings have it.
+/// Returns a position as an array, or `None` if it is not finite.
 pub(super) fn finite_point(point: DVec3) -> Option<[f64; 3]> {
     point.is_finite().then(|| point.to_array())
 }
 
-/// A number in [0, 1) by a seed and two indices.
+/// Returns a pseudorandom number in [0, 1), a function of a seed, an index and a dimension.
 pub(super) fn unit_random(seed: u64, index: u64, selected: u64) -> f64 {
     let bits = crate::hash::splitmix64(
         seed ^ crate::hash::splitmix64(

@@ -1,18 +1,20 @@
-//! Corners of a mesh with all the triangles around them, for rays that are aimed at them.
+//! Corners of a mesh with the triangles around them, as targets of aimed rays.
 
 use std::collections::{HashMap, HashSet};
 
-/// Corners that are kept.
+/// Greatest number of corners that are kept.
 const MOST: usize = 1 << 11;
 
-/// A corner, and of each triangle around it the other two.
+/// A corner with its triangles. Each triangle is stored as its two other corners.
 #[derive(Clone, Debug)]
 pub(crate) struct TriangleFan {
     pub corner: u32,
     pub across: Vec<[u32; 2]>,
 }
 
-/// Some corners at which no edge is open, by corners that are one for all vertices in a place.
+/// Returns corners that are surrounded by triangles: none of their edges is open. `corners` maps
+/// each vertex to the first vertex at its position. `kept` marks the triangles in use. `open` lists
+/// the corners with an irregular edge.
 pub(super) fn find_triangle_fans(
     indices: &[[u32; 3]],
     corners: &[u32],

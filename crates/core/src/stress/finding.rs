@@ -1,4 +1,4 @@
-//! What a check found: how bad it is, where, how often, why, and what to do.
+//! A finding: the fault, its severity, place, number, reason and remedy.
 
 use serde::Serialize;
 
@@ -7,27 +7,27 @@ use super::numbers::count_with_unit;
 
 use crate::scene::{Scene, Triple};
 
-/// What of a scene a finding is about.
+/// The part of a scene that a finding is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum FindingSubject {
-    /// An object by its index, those of generators after the listed ones, one for each generator.
+    /// An object by its index. Generators follow the listed objects, with one index each.
     Object(usize),
-    /// A light without size.
+    /// A delta light (point, spot or directional), by its index.
     Light(usize),
-    /// A camera; none where the scene is framed automatically.
+    /// A camera by its index; `None` for a scene without cameras, which is framed automatically.
     Camera(Option<usize>),
-    /// A material.
+    /// A material, by its index.
     Material(usize),
-    /// An image.
+    /// An image, by its index.
     Image(usize),
     /// The sky.
     Sky,
-    /// All of it.
+    /// The scene as a whole.
     Scene,
 }
 
 impl FindingSubject {
-    /// Its place in its list; zero where there is none.
+    /// Returns the index in the subject's list; 0 for subjects without a list.
     pub(super) fn list_index(self) -> usize {
         match self {
             Self::Object(index)
@@ -39,12 +39,13 @@ impl FindingSubject {
         }
     }
 
-    /// Whether another one is of the same kind: both objects, both materials.
+    /// Returns whether two subjects are of the same kind, such as two objects or two materials.
     pub(super) fn is_same_kind(self, other: Self) -> bool {
         core::mem::discriminant(&self) == core::mem::discriminant(&other)
     }
 
-    /// Its path in the scene's file; empty for all of it.
+    /// Returns the path in the scene file. Empty for the whole scene and an automatically framed
+    /// camera.
     pub fn scene_path(self, scene: &Scene) -> String {
         let listed = scene.objects.len();
         match self {
@@ -59,8 +60,8 @@ impl FindingSubject {
         }
     }
 
-    /// What messages call it: its list with its index, which counts from 0 as all numbers do, and
-    /// its name if it has one.
+    /// Returns the name in messages: the list with the index (from 0), and the subject's own name
+    /// if it has one.
     pub fn display_name(self, scene: &Scene) -> String {
         let called = |kind: &str, name: Option<&String>, index: usize| match name {
             Some(name) if !name.is_empty() => format!("{kind}s[{index}] `{name}`"),
@@ -99,41 +100,42 @@ impl FindingSubject {
     }
 }
 
-/// One thing that was found.
+/// A fault that a check found, at one or more places.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StressFinding {
-    /// What kind.
+    /// Kind of fault.
     pub code: FindingCode,
-    /// How bad.
+    /// Severity of the fault.
     pub severity: Severity,
-    /// What it is about.
+    /// Part of the scene with the fault.
     pub subject: FindingSubject,
-    /// Other subjects of which the same is found, for the same cause.
+    /// Other subjects with the same fault for the same cause.
     pub others: Vec<FindingSubject>,
-    /// A primitive of the subject that has it, the nearest to a camera, where it is about
-    /// primitives.
+    /// Index of a primitive with the fault, such as a triangle of the subject: the nearest one to a
+    /// camera. `None` if the finding is not about primitives.
     pub primitive: Option<u32>,
-    /// A place of it in the world, the nearest to a camera, where it has one.
+    /// World position of the fault in metres, the nearest one to a camera. `None` without a
+    /// position.
     pub place: Option<Triple>,
-    /// Where in a picture that is, in pixels from the top left, and the camera's place in the
-    /// scene's list; none where no camera sees it.
+    /// Pixel position of the fault in a picture, from the top left, and the index of the camera.
+    /// `None` if no camera sees it.
     pub pixel: Option<([f64; 2], usize)>,
-    /// How many.
+    /// Number of items with the fault, in units of `unit`.
     pub count: u64,
-    /// Of how many; zero where that says nothing.
+    /// Number of items that were examined; 0 if that number says nothing.
     pub of: u64,
-    /// What is counted, in the plural.
+    /// Name of the counted items, in the plural. Empty if nothing is counted.
     pub unit: &'static str,
-    /// What is so of those that are counted, in the past tense and said after their number.
+    /// Words that follow the count and say what holds for the counted items.
     pub predicate: &'static str,
-    /// What is wrong, in one sentence.
+    /// The fault and its effect, in one sentence.
     pub reason: String,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
 }
 
 impl StressFinding {
-    /// One thing of a subject.
+    /// Creates a finding about a single fault without a position.
     pub fn new(
         code: FindingCode,
         severity: Severity,
@@ -159,7 +161,7 @@ impl StressFinding {
         }
     }
 
-    /// So many of so many, and what is so of them.
+    /// Sets the count: `count` of `total` items have the fault that `predicate` describes.
     #[must_use]
     pub fn with_count(
         self,
@@ -177,7 +179,7 @@ impl StressFinding {
         }
     }
 
-    /// How many, in words; none where nothing is counted.
+    /// Returns the count as a phrase, or `None` if nothing is counted.
     pub fn count_text(&self) -> Option<String> {
         if self.unit.is_empty() {
             return None;
@@ -190,7 +192,9 @@ impl StressFinding {
         Some(format!("{number} {}", self.predicate).trim_end().to_owned())
     }
 
-    /// Takes in another one of the same kind and cause, whose subject may be nearer.
+    /// Merges a finding with the same code and cause. The subject whose position is nearer to a
+    /// camera becomes the main subject. `nearness` is the sort key of a position; smaller is
+    /// nearer.
     pub(super) fn merge<K: PartialOrd>(&mut self, other: Self, nearness: impl Fn(Triple) -> K) {
         let subject = other.subject;
         if self.others.last() == Some(&subject) {
@@ -211,13 +215,13 @@ impl StressFinding {
         }
     }
 
-    /// At a place.
+    /// Sets the world position.
     #[must_use]
     pub fn with_place(self, place: Option<Triple>) -> Self {
         Self { place, ..self }
     }
 
-    /// Of a primitive.
+    /// Sets the primitive.
     #[must_use]
     pub fn with_primitive(self, primitive: u32) -> Self {
         Self {
@@ -227,21 +231,21 @@ impl StressFinding {
     }
 }
 
-/// A check with what it sent.
+/// Work of a check, planned and done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct CheckRun {
-    /// What was checked.
+    /// Name of the check.
     pub name: &'static str,
-    /// Rays, samples or triangles that it looked at.
+    /// Number of rays, samples or materials that were examined.
     pub looked_at: u64,
-    /// What these are.
+    /// Name of the examined items, in the plural.
     pub unit: &'static str,
-    /// How many it would have looked at in all.
+    /// Number of items to examine in total.
     pub planned: u64,
 }
 
 impl CheckRun {
-    /// Whether time ended it.
+    /// Returns whether fewer items than planned were examined.
     pub fn is_cut_short(&self) -> bool {
         self.looked_at < self.planned
     }

@@ -1,24 +1,24 @@
-//! The kinds of findings, each with a name that stays, and how bad findings are.
+//! Kinds and severities of findings. The name of each kind stays the same between versions.
 
 use serde::{Serialize, Serializer};
 
-/// How bad a finding is, the worst first.
+/// Severity of a finding, worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
-    /// The picture shows something else than the file says, or nothing.
+    /// The picture differs from what the file describes, or shows nothing.
     PictureWrong,
-    /// The picture is right once it has enough samples, or takes longer than it should.
+    /// The picture is right with enough samples, but needs more time or samples than it should.
     SlowOrNoisy,
-    /// Nothing of it is seen.
+    /// The fault is not visible.
     Harmless,
 }
 
 impl Severity {
-    /// All of them, the worst first.
+    /// All severities, worst first.
     pub const ALL: [Self; 3] = [Self::PictureWrong, Self::SlowOrNoisy, Self::Harmless];
 
-    /// The words for it.
+    /// Returns the words for the severity.
     pub const fn description(self) -> &'static str {
         match self {
             Self::PictureWrong => "picture wrong",
@@ -30,17 +30,17 @@ impl Severity {
 
 macro_rules! codes {
     ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
-        /// What is found, by a name that stays.
+        /// Kind of finding. Its name stays the same between versions.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum FindingCode {
             $($(#[$doc])* $variant,)*
         }
 
         impl FindingCode {
-            /// Every kind of finding, family by family.
+            /// All kinds of finding, ordered by subject.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
-            /// The name.
+            /// Returns the name, as used in the text, the JSON and the documentation.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
@@ -53,113 +53,114 @@ macro_rules! codes {
 codes! {
     /// Triangles without area.
     DegenerateTriangles = "degenerate-triangles";
-    /// Vertices far out of their mesh.
+    /// Vertices far away from the rest of their mesh.
     StrayVertices = "stray-vertices";
-    /// Triangles that are there again.
+    /// Triangles that repeat another triangle.
     DuplicateTriangles = "duplicate-triangles";
-    /// Triangles next to a line.
+    /// Triangles that are very long and thin.
     SliverTriangles = "sliver-triangles";
-    /// Edges of a body of glass that have one triangle.
+    /// Edges with a single triangle: in a glass body, or around a missing triangle of an otherwise
+    /// closed opaque surface.
     OpenEdges = "open-edges";
-    /// Edges at which more than two triangles meet.
+    /// Edges with more than two triangles.
     NonManifoldEdges = "non-manifold-edges";
-    /// Neighbours of which one is turned over.
+    /// Triangles whose orientation differs from their neighbours'.
     FlippedTriangles = "flipped-triangles";
-    /// A closed mesh whose outside is within.
+    /// A closed surface that is oriented inwards.
     InsideOut = "inside-out";
-    /// Vertex normals that point to the other side than the triangles.
+    /// Vertex normals that point to the opposite side of their triangle.
     NormalsAgainstFaces = "normals-against-faces";
-    /// Triangles that reading has left out.
+    /// Triangles that the reader left out.
     DroppedTriangles = "dropped-triangles";
-    /// A texture on a mesh without coordinates for it.
+    /// A texture on a mesh without texture coordinates for it.
     NoTextureCoordinates = "no-texture-coordinates";
-    /// Triangles all of whose corners read one place of a normal map.
+    /// Triangles with a normal map whose texture coordinates span no area.
     FlatTextureCoordinates = "flat-texture-coordinates";
-    /// A mesh that is empty once its coordinates are stored.
+    /// A mesh that degenerates to a point when its coordinates are rounded for storage.
     LostObject = "lost-object";
-    /// A shape that is empty once its coordinates are stored.
+    /// A shape that degenerates when its coordinates are rounded for storage.
     LostShape = "lost-shape";
-    /// An object whose fine detail is lost when its coordinates are stored.
+    /// An object that loses fine detail when its coordinates are rounded for storage.
     UnresolvedObject = "unresolved-object";
-    /// Triangles without area once their coordinates are stored.
+    /// Triangles that lose their area when their coordinates are rounded for storage.
     LostTriangles = "lost-triangles";
     /// A scene or an object of an unlikely size.
     ExtremeScale = "extreme-scale";
     /// An object in the same place as another object.
     DuplicateObject = "duplicate-object";
-    /// A body of glass that rays enter and do not leave.
+    /// A glass body that rays enter without leaving, or leave without entering.
     OpenBody = "open-body";
-    /// Bodies of glass within each other without priorities.
+    /// Glass bodies inside each other without priorities.
     NestedGlass = "nested-glass";
-    /// Two surfaces in one place, of which now one and now the other is seen.
+    /// Two surfaces in one place that are visible in turns, as rounding decides.
     FlickeringSurfaces = "flickering-surfaces";
-    /// Flat surfaces of two objects in one plane.
+    /// Overlapping flat surfaces of two objects in one plane.
     CoplanarSurfaces = "coplanar-surfaces";
-    /// Rays that pass between two triangles with a common edge.
+    /// Rays that pass between two triangles with a common edge or corner.
     Leak = "leak";
-    /// Rays that meet the surface that they leave.
+    /// Rays that hit the surface from which they start.
     SelfHit = "self-hit";
-    /// Rays that start beyond another surface.
+    /// Rays that start behind another surface.
     StartBeyondSurface = "start-beyond-surface";
-    /// A gap that storing closes.
+    /// A gap beside glass that is narrower than the rounding of coordinates.
     ClosedGap = "closed-gap";
-    /// A lamp that shines through an opaque object.
+    /// A lamp that shines through an opaque object, as rounding closes the gap between them.
     LightThroughCover = "light-through-cover";
-    /// Samples that are no numbers.
+    /// Samples that are not finite numbers.
     SamplesNotFinite = "samples-not-finite";
-    /// Rays that ended at the limit of surfaces that they may pass.
+    /// Rays that ended at the limit of transparent surfaces.
     RaysCutShort = "rays-cut-short";
-    /// No camera ray meets anything.
+    /// A camera whose rays hit nothing, or a scene without objects.
     NothingSeen = "nothing-seen";
-    /// What is seen is black.
+    /// A picture in which every visible surface is black.
     BlackPicture = "black-picture";
     /// Pixels brighter than every light.
     BrighterThanLights = "brighter-than-lights";
-    /// Lamps that are met by chance alone.
+    /// Light that paths find only by chance, by way of mirrors and glass.
     LightByChance = "light-by-chance";
-    /// A lamp from which nothing arrives.
+    /// A light that reaches no visible surface, or a lamp with hardly any area.
     UnreachedLight = "unreached-light";
-    /// A lamp that shines past everything.
+    /// A light whose range, cone or emitting side holds no surface to light.
     LightMissesScene = "light-misses-scene";
-    /// A light without size in a surface, along which it shines.
+    /// A point or spot light that lies in a surface and shines along it.
     LightInSurface = "light-in-surface";
-    /// A light without size behind glass, through which no path meets it.
+    /// A delta light (without size) behind glass, where no path can hit it.
     LightBehindGlass = "light-behind-glass";
     /// A lamp smaller than a pixel.
     LampBelowPixel = "lamp-below-pixel";
-    /// A light that is there again.
+    /// A light that repeats another light.
     DuplicateLight = "duplicate-light";
     /// A sky with points far brighter than the rest.
     SkySpikes = "sky-spikes";
-    /// A material that sends back more light than it gets.
+    /// A material that reflects more light than it receives.
     EnergyMade = "energy-made";
-    /// A material with values that are no numbers.
+    /// A material with values that are not finite numbers.
     ValuesNotNumbers = "values-not-numbers";
     /// A material with values outside their range.
     ValuesOutOfRange = "values-out-of-range";
-    /// An object that is nowhere there.
+    /// An object that is never visible: fully transparent, or enclosed in an opaque body.
     InvisibleObject = "invisible-object";
-    /// Glass through which no path has segments to come.
+    /// Glass in a scene whose paths are too short to pass through it.
     DepthBelowGlass = "depth-below-glass";
-    /// A body that absorbs everything within a hair, or nothing within its size.
+    /// A body that absorbs all light near its surface, or hardly any light within its size.
     AbsorptionOutOfScale = "absorption-out-of-scale";
-    /// An image of one colour.
+    /// An image of a single colour.
     UniformImage = "uniform-image";
-    /// An image with numbers that light can't have.
+    /// An image with texels that are negative, infinite or NaN.
     ImageNotLight = "image-not-light";
     /// An image that could not be read.
     MissingImage = "missing-image";
     /// An image of numbers that is read as colours.
     DataReadAsColour = "data-read-as-colour";
-    /// A normal map that holds no normals.
+    /// An image used as a normal map that holds no normals.
     NotANormalMap = "not-a-normal-map";
-    /// A camera within a body.
+    /// A camera inside a body.
     CameraInBody = "camera-in-body";
-    /// A lens that is sharp where nothing is.
+    /// A lens focused in front of or behind all objects.
     FocusNowhere = "focus-nowhere";
-    /// A scene that is smaller than a pixel.
+    /// A scene that appears less than two pixels wide.
     SceneBelowPixel = "scene-below-pixel";
-    /// A picture that is wider or narrower than the camera's.
+    /// A picture with another aspect ratio than its camera, stretched to fit.
     StretchedPicture = "stretched-picture";
 }
 

@@ -1,5 +1,5 @@
-//! A furnace for each material: a ball of it in even white light, which may send back no more than
-//! it gets.
+//! Furnace test of each material: a ball under a uniform white sky, which may reflect no more light
+//! than it receives.
 
 use super::RayDeadline;
 use super::facts::SceneFacts;
@@ -11,19 +11,20 @@ use crate::scene::{
 };
 use crate::settings::{Sampling, Settings};
 
-/// Edge of the picture of a ball, and samples of its pixels.
+/// Width and height of the ball's picture in pixels, and samples of each pixel.
 const EDGE: u32 = 16;
 const SAMPLES: u32 = 64;
 
-/// What a ball may send back above what it gets, for the noise of so many samples.
+/// Greatest ratio of reflected to received light that passes the test. It allows for the noise of
+/// the samples.
 const MOST: f64 = 1.02;
 
-/// What a material sends back.
+/// Result of the furnace test of a material.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FurnaceAlbedo {
-    /// Its place in the scene's list.
+    /// Index in the scene's list of materials.
     pub material: usize,
-    /// Mean of what comes from the brightest row of pixels that the ball fills, over what it gets.
+    /// Ratio of reflected to received light: the mean of all pixels, in the brightest channel.
     pub sent_back: f64,
 }
 
@@ -33,8 +34,9 @@ impl FurnaceAlbedo {
     }
 }
 
-/// The furnaces of all materials that objects show, as many as there is time for, and how many
-/// there would be. Classic materials in Whitted's rules are no model of energy, and are not asked.
+/// Measures the materials in use, as many as the time allows. Returns the results, and the number
+/// of materials to measure. Classic materials under Whitted's rules are left out: they do not model
+/// energy.
 pub(super) fn measure_furnaces(
     scene_facts: &SceneFacts<'_>,
     settings: &Settings,
@@ -65,7 +67,7 @@ pub(super) fn measure_furnaces(
     (measured, materials.len())
 }
 
-/// The material without what it gives off by itself.
+/// Returns the material without its emission and ambient light.
 fn without_emission(material: &Material) -> Material {
     let mut material = material.clone();
     match &mut material.model {
@@ -83,8 +85,8 @@ fn without_emission(material: &Material) -> Material {
     material
 }
 
-/// Mean radiance of a ball of the material under a uniform white sky of radiance 1, in the
-/// brightest channel; none if the scene cannot be prepared.
+/// Returns the mean radiance of a ball of the material under a uniform white sky of radiance 1, in
+/// the brightest channel. Returns `None` if the test scene cannot be prepared.
 fn furnace_albedo(scene: &Scene, material: &Material, settings: &Settings) -> Option<f64> {
     let camera = Camera {
         name: String::new(),

@@ -1,4 +1,4 @@
-//! Flat objects that lie wholly within an opaque body, where no camera can see them.
+//! Flat objects inside an opaque body, where no camera can see them.
 
 use glam::DVec3;
 
@@ -8,10 +8,11 @@ use super::finding::{FindingCode, Severity, StressFinding};
 use super::ray_survey::RaySurvey;
 use crate::scene::{AlphaMode, MaterialModel, Shape, SideRule};
 
-/// Sheets and bodies that are compared.
+/// Greatest number of flat objects, and of bodies, that are compared.
 const MOST: usize = 4096;
 
-/// Sheets that no ray of a camera saw, and that are within a box or a ball in which no camera is.
+/// Finds flat objects that no camera ray hit and that lie inside an opaque box or ball. Bodies with
+/// a camera inside are left out.
 pub(super) fn check_hidden_sheets(
     scene_facts: &SceneFacts<'_>,
     survey: &RaySurvey,
@@ -53,7 +54,7 @@ fn listed<'a>(scene_facts: &'a SceneFacts<'a>) -> impl Iterator<Item = &'a Objec
     scene_facts.objects.iter().take(count).filter(at_rest)
 }
 
-/// Whether a body is opaque all over when it is seen from outside.
+/// Returns whether a body is a closed box or ball, opaque everywhere when seen from outside.
 fn hides_inside(body: &ObjectFacts<'_>) -> bool {
     let is_whole = body
         .material
@@ -66,7 +67,7 @@ fn hides_inside(body: &ObjectFacts<'_>) -> bool {
     is_closed && is_shown && is_whole && body.matter == SurfaceKind::Opaque
 }
 
-/// Whether a point is within a box or a ball, and not in its surface.
+/// Returns whether a point is strictly inside a box or ball.
 fn contains(body: &ObjectFacts<'_>, point: DVec3) -> bool {
     if body
         .bounds
@@ -86,7 +87,7 @@ fn contains(body: &ObjectFacts<'_>, point: DVec3) -> bool {
     }
 }
 
-/// Points around a flat object, between which all of it is.
+/// Returns the corners of a polygon around a flat object, in world space. `None` for other shapes.
 fn sheet_corners(sheet: &ObjectFacts<'_>) -> Option<Vec<DVec3>> {
     let corners = match sheet.object.shape {
         Shape::Quad {

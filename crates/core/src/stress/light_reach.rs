@@ -1,5 +1,5 @@
-//! What is wrong with a light by where it shines: past everything, along the surface that it lies
-//! in, or through glass; and lamps without area.
+//! Lights that light nothing: they shine past all objects, lie in a surface or are behind glass.
+//! Lamps of almost no area are among them.
 
 use glam::DVec3;
 use raywright_bvh::Aabb;
@@ -10,13 +10,15 @@ use super::light_survey::{Lamp, LightReach};
 use super::numbers::{format_decimal, metres};
 use crate::scene::{Light, LightKind, Triple};
 
-/// Share of the square of a distance below which a lamp has hardly an area, and light at that
-/// distance, as a share of that under a radiance of 1 all around, below which it is dark. The
-/// distance is that to the camera, or the size of the scene where that is less.
+/// Limits below which a lamp lights nothing. With a distance d, they apply to these shares of d²:
+/// - `NO_AREA`: to the lamp's area.
+/// - `DARK`: to its power (radiance times area, mean of three channels).
+///
+/// The distance d is that to the nearest camera, or the diagonal of the scene's bounds if shorter.
 const NO_AREA: f64 = 1e-10;
 const DARK: f64 = 1e-8;
 
-/// Where a light is, if it is not infinitely far away.
+/// Returns the position of a light, or `None` for a directional light.
 pub(super) fn light_position(kind: &LightKind) -> Option<Triple> {
     match *kind {
         LightKind::Directional { .. } => None,
@@ -24,13 +26,15 @@ pub(super) fn light_position(kind: &LightKind) -> Option<Triple> {
     }
 }
 
-/// Whether most of the ways to a light on which nothing opaque is lead through glass.
+/// Returns whether glass is in the way of most rays to a light. Rays blocked by opaque objects do
+/// not count.
 pub(super) fn is_behind_glass(reach: &LightReach) -> bool {
     const FEWEST: u64 = 8;
     reach.glass_ways >= FEWEST && reach.glass_ways > reach.free_ways
 }
 
-/// What is wrong with a light, as far as rays are needed by those that were sent.
+/// Returns the findings about a light. `reach` holds the rays that were traced for the light;
+/// `None` if none were.
 pub(super) fn check_light(
     scene_facts: &SceneFacts<'_>,
     index: usize,
@@ -81,7 +85,7 @@ pub(super) fn check_light(
     findings
 }
 
-/// Why nothing of a light arrives at the scene, and what to do.
+/// Returns the reason and the remedy if no light arrives at the scene, otherwise `None`.
 fn miss_texts(
     scene_facts: &SceneFacts<'_>,
     light: &Light,
@@ -135,7 +139,8 @@ fn miss_texts(
     Some((reason, to_other.to_owned()))
 }
 
-/// Of a spot outside the box of everything, how far its cone is from that.
+/// Returns the reason and the remedy for a spot light outside the scene's bounding sphere whose
+/// cone misses the scene.
 fn spot_texts(
     light: &Light,
     position: DVec3,
@@ -182,7 +187,7 @@ fn spot_texts(
     Some((reason, remedy))
 }
 
-/// The finding of a lamp that has so little area that it lights nothing.
+/// Returns the finding about a lamp whose area is too small to light anything.
 pub(super) fn sizeless_lamp(scene_facts: &SceneFacts<'_>, lamp: &Lamp) -> Option<StressFinding> {
     let object_facts = &scene_facts.objects[lamp.object];
     let size = scene_facts.bounds_diagonal();

@@ -1,5 +1,5 @@
-//! Rays from the lights without size, and from what the camera sees to them; how large and bright
-//! lamps are.
+//! Rays from the delta lights (lights without size) into the scene, and from visible surfaces to
+//! these lights. Also the area and the brightness of emissive objects.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,68 +10,74 @@ use crate::dispatch::PreparedSceneTask;
 use crate::prepare::PreparedScene;
 use crate::scene::{Colour, LightKind, MaterialModel};
 
-/// Lights from which rays are sent, and rays of all and of each light.
+/// Greatest number of delta lights that are surveyed, number of rays divided among them, and
+/// greatest number of rays of a single light.
 const LIGHTS: usize = 256;
 const ALL_RAYS: usize = 1 << 16;
 const MOST_RAYS: usize = 4096;
-/// Objects at whose middle rays of a light are aimed.
+/// Greatest number of objects at whose centre a light's rays are aimed.
 const AIMED: usize = 1024;
-/// Places that the camera sees, along width and height, from which rays go to the lights.
+/// Numbers of camera rays along the picture's width and height. At their hits, rays to the lights
+/// start.
 const PLACES: [u32; 2] = [40, 24];
-/// Surfaces on a way that are looked through.
+/// Greatest number of surfaces that a ray to a light passes before the search ends.
 const HITS: usize = 64;
-/// Share of its distance from the camera nearer than which a light is in a surface.
+/// A light lies in a surface if its distance from the surface, as a share of its distance from the
+/// camera, is at most this.
 const IN_SURFACE: f64 = 1e-6;
-/// Share of a way at its ends where no surface is in the way.
+/// Share of a ray's length at both ends within which surfaces do not block it.
 const NEAR: f64 = 1e-4;
-/// Directions in which the brightest part of a sky is looked for.
+/// Number of sampled directions from which the greatest radiance of the sky is found.
 const SKY_DIRECTIONS: usize = 256;
 
-/// What rays say of a light without size.
+/// Result of the rays from and to a delta light.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightReach {
-    /// Rays that left it, and the distance to the nearest surface that one of them hit, in metres.
+    /// Number of rays that left the light, and distance to the nearest surface that they hit, in
+    /// metres.
     pub rays: u64,
     pub nearest: Option<f64>,
-    /// Rays that hit within its range what is no lamp, and a lamp that others hit.
+    /// Number of rays that hit a non-emissive surface within the light's range, and an emissive
+    /// object that another ray hit.
     pub hits: u64,
     pub lamp: Option<usize>,
-    /// An opaque object in whose surface it lies.
+    /// Opaque object in whose surface the light lies.
     pub surface: Option<usize>,
-    /// Ways from seen places on which nothing is, and on which glass is and nothing opaque.
+    /// Numbers of rays from visible surfaces to the light: unblocked rays, and rays blocked by
+    /// glass alone.
     pub free_ways: u64,
     pub glass_ways: u64,
-    /// The glass of the first such way.
+    /// The first glass object that blocked a ray.
     pub glass: Option<usize>,
 }
 
-/// A surface that shines.
+/// An emissive object.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lamp {
     pub object: usize,
-    /// In square metres.
+    /// Area, in square metres.
     pub area: f64,
-    /// Radiance times area, both sides of it counted, summed over three channels.
+    /// Radiance times area, summed over three channels. Both sides count if both emit.
     pub power: f64,
-    /// The greatest radiance of its parts, the mean of three channels.
+    /// Greatest radiance of its surface, the mean of three channels.
     pub radiance: f64,
-    /// The distance to the nearest camera, in metres.
+    /// Distance of the object's centre from the nearest camera, in metres.
     pub eye_distance: f64,
 }
 
-/// What a camera's rays and those of the lights say.
+/// Survey of the lights, for a single camera or for several.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightSurvey {
-    /// The first lights of the scene, in order.
+    /// The first lights of the scene's list, in order.
     pub lights: Vec<LightReach>,
     pub lamps: Vec<Lamp>,
-    /// The greatest radiance of the sky where most of its light comes from, the mean of three
+    /// Greatest radiance among directions sampled by the sky's brightness, the mean of three
     /// channels.
     pub sky_radiance: f64,
 }
 
 impl LightSurvey {
-    /// Adds what another camera says.
+    /// Adds the survey of another camera.
     #[must_use]
     pub fn combine(mut self, other: Self) -> Self {
         if self.lights.is_empty() && self.lamps.is_empty() {
@@ -88,7 +94,7 @@ impl LightSurvey {
         self
     }
 
-    /// The greatest radiance of what shines and has a size.
+    /// Returns the greatest radiance of emissive objects and of the sky.
     pub fn max_radiance(&self) -> f64 {
         let lamps = self.lamps.iter().map(|lamp| lamp.radiance);
         lamps.fold(self.sky_radiance, f64::max)
@@ -138,13 +144,13 @@ struct LightTracer<'a, R: Real> {
     eye: DVec3,
 }
 
-/// A place that the camera sees, and the side of the surface on which the camera is.
+/// A surface point that the camera sees. The normal points to the camera's side.
 struct SeenPlace {
     position: DVec3,
     normal: DVec3,
 }
 
-/// What is on a way.
+/// Object that blocks a ray to a light. Glass blocks it only if no opaque object does.
 enum Obstacle {
     Opaque,
     Glass(usize),
@@ -163,7 +169,7 @@ impl<R: Real> LightTracer<'_, R> {
         self.scene_facts.facts_index(hit.outermost_id())
     }
 
-    /// Opaque places that the camera sees.
+    /// Returns points on opaque, non-emissive surfaces that the camera sees.
     fn seen_places(&self, size: [u32; 2]) -> Vec<SeenPlace> {
         let [width, height] = PLACES;
         let places = (0..width * height).filter_map(|i| {
@@ -235,8 +241,8 @@ impl<R: Real> LightTracer<'_, R> {
         reach
     }
 
-    /// The opaque object in whose surface a point is: short rays along the axes pass through the
-    /// point, of which each surface crosses one.
+    /// Returns the opaque object in whose surface a point lies. Short rays along the three axes
+    /// pass through the point; any surface through the point crosses at least one of them.
     fn surface_of_point(&self, point: DVec3) -> Option<usize> {
         let rounding = 2.0 * f64::from(f32::EPSILON) * point.abs().max_element();
         let half = rounding.max(IN_SURFACE * point.distance(self.eye));
@@ -248,7 +254,8 @@ impl<R: Real> LightTracer<'_, R> {
         })
     }
 
-    /// Follows the ways from seen places to a light.
+    /// Traces rays from visible points to a light, and counts the unblocked rays and those blocked
+    /// by glass.
     fn count_ways(&self, kind: &LightKind, seen: &[SeenPlace], reach: &mut LightReach) {
         for place in seen {
             let (direction, distance) = match *kind {
@@ -274,7 +281,7 @@ impl<R: Real> LightTracer<'_, R> {
         }
     }
 
-    /// What ends a shadow ray.
+    /// Returns what blocks a ray to a light, or `None`.
     fn obstacle(&self, from: DVec3, direction: DVec3, distance: f64) -> Option<Obstacle> {
         let size = self.scene_facts.bounds_diagonal();
         let start = NEAR * if distance.is_finite() { distance } else { size };
@@ -336,7 +343,7 @@ impl<R: Real> LightTracer<'_, R> {
     }
 }
 
-/// Whether a light shines against a direction towards it.
+/// Returns whether a light emits towards a point, given the direction from the point to the light.
 fn lights_direction(kind: &LightKind, towards: DVec3) -> bool {
     let LightKind::Spot {
         direction,
@@ -350,7 +357,7 @@ fn lights_direction(kind: &LightKind, towards: DVec3) -> bool {
     axis.dot(-towards) >= libm::cos(outer_angle.to_radians())
 }
 
-/// Directions all over a cone, by the cosine of its half angle.
+/// Returns directions spread evenly over a cone. `lowest` is the cosine of its half angle.
 fn directions_in_cone(axis: DVec3, lowest: f64, count: usize) -> impl Iterator<Item = DVec3> {
     const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
     let (x, y) = axis.any_orthonormal_pair();

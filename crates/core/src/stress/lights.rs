@@ -1,4 +1,5 @@
-//! Lights: past everything, smaller than a pixel, there twice; and skies.
+//! Lights that face away from the scene, appear smaller than a pixel or repeat another light; skies
+//! with extremely bright points.
 
 use core::f64::consts::PI;
 use std::collections::HashMap;
@@ -18,7 +19,7 @@ use crate::scene::{
     TextureRef, TransferCurve,
 };
 
-/// What is wrong with the lights of a scene, as far as it is known without rays, and by rays.
+/// Returns the findings about lights. Without a survey, only those that need no rays.
 pub(super) fn check_lights(
     scene_facts: &SceneFacts<'_>,
     views: &[CameraView],
@@ -48,7 +49,7 @@ pub(super) fn check_lights(
     findings
 }
 
-/// The finding that a light duplicates another light.
+/// Returns the finding that a light repeats another light.
 fn duplicate_light_finding(
     scene_facts: &SceneFacts<'_>,
     [twin, index]: [usize; 2],
@@ -72,7 +73,7 @@ fn duplicate_light_finding(
     .with_place(light_reach::light_position(&b.kind))
 }
 
-/// A flat lamp with one side, behind which everything is.
+/// Returns a finding if a flat, one-sided lamp has all objects behind it.
 fn light_facing_away_finding(
     scene_facts: &SceneFacts<'_>,
     object_facts: &ObjectFacts<'_>,
@@ -118,7 +119,8 @@ fn light_facing_away_finding(
     })
 }
 
-/// Lamps in view that are smaller than a pixel, each copy of a generator counted.
+/// Returns a finding about lamps in view that are smaller than a pixel. Each copy of a generator
+/// counts.
 fn small_light_findings<'a>(
     scene_facts: &SceneFacts<'_>,
     lamps: impl Iterator<Item = &'a ObjectFacts<'a>>,
@@ -170,9 +172,10 @@ fn small_light_findings<'a>(
     )
 }
 
-/// Points of a sky picture that have most of its light.
+/// Returns a finding about texels of a sky map that are far brighter than most of the sky.
 fn sky_spike_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
-    /// How many times the mean a point is, and how small its share of the sky.
+    /// Least brightness of a bright point, in multiples of the median. Greatest share of the sky
+    /// that bright points may cover, for a finding.
     const SPIKE: f64 = 1e4;
     const FEW: f64 = 1e-4;
     let Some(Sky::Map(map)) = &scene_facts.scene.sky else {
@@ -220,7 +223,7 @@ fn sky_spike_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
     })
 }
 
-/// The body of glass that an object is within.
+/// Returns the glass body whose bounding box encloses that of an object.
 pub(super) fn enclosing_glass(
     scene_facts: &SceneFacts<'_>,
     object: usize,
@@ -238,8 +241,8 @@ pub(super) fn enclosing_glass(
         .map(|other| other.subject)
 }
 
-/// The greatest radiance that anything in a scene gives off; none where that is not known, or where
-/// radiance is no measure of its lights.
+/// Returns the greatest radiance that a surface or the sky emits. Returns `None` if it is unknown,
+/// or if the scene has delta lights, a veil or classic materials.
 pub(super) fn max_emitted_radiance(scene_facts: &SceneFacts<'_>) -> Option<f64> {
     let scene = scene_facts.scene;
     if !scene.lights.is_empty() || scene.render.veil != Colour::BLACK {

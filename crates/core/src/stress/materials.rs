@@ -1,4 +1,5 @@
-//! Materials: values that are none, energy, glass and what it absorbs.
+//! Findings about materials: invalid values, more reflected than received light, invisible objects,
+//! glass and its absorption.
 
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
@@ -8,12 +9,12 @@ use super::ray_survey::RaySurvey;
 use crate::scene::{AlphaMode, MaterialModel};
 use crate::settings::Settings;
 
-/// A body that is this many times its distance of absorption across is black, and one so many times
-/// thinner is clear.
+/// Limits on the size of the scene, in units of the distance over which light is absorbed. Above
+/// ten times `BLACK` a body looks black, below `CLEAR` it looks clear.
 const BLACK: f64 = 1e3;
 const CLEAR: f64 = 1e-5;
 
-/// What is wrong with the materials that objects show.
+/// Returns the findings about the materials in use.
 pub(super) fn check_materials(
     scene_facts: &SceneFacts<'_>,
     settings: &Settings,
@@ -33,7 +34,8 @@ pub(super) fn check_materials(
     findings
 }
 
-/// Values that are no numbers, and such out of their range of materials that make no energy.
+/// Returns findings about values that are not finite numbers, and about values out of range. The
+/// latter are left out for materials that fail the furnace test.
 fn value_findings(survey: &RaySurvey, furnaces: &[FurnaceAlbedo]) -> Vec<StressFinding> {
     let mut findings = Vec::new();
     for (&(material, key), sighting) in &survey.not_numbers {
@@ -119,7 +121,7 @@ fn energy_finding(furnace: &FurnaceAlbedo, survey: &RaySurvey) -> StressFinding 
     finding.with_place(sighting.and_then(|(_, sighting)| finite_point(sighting.position)))
 }
 
-/// Glass through which no path has segments to come.
+/// Returns a finding if the scene has glass and its paths have fewer than three segments.
 fn depth_limit_finding(scene_facts: &SceneFacts<'_>, deepest: u32) -> Option<StressFinding> {
     let object_facts = scene_facts
         .objects
@@ -137,7 +139,7 @@ fn depth_limit_finding(scene_facts: &SceneFacts<'_>, deepest: u32) -> Option<Str
     ))
 }
 
-/// Objects that are nowhere there.
+/// Returns findings about objects whose opacity makes them invisible.
 fn invisible_object_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
     let is_absent = |model: &MaterialModel| match model {
         MaterialModel::Physical(m) => {
@@ -169,7 +171,7 @@ fn invisible_object_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding>
     scene_facts.objects.iter().filter_map(finding).collect()
 }
 
-/// Bodies that let nothing through, or absorb nothing.
+/// Returns findings about bodies that absorb all light at once, or hardly any.
 fn absorption_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
     let size = scene_facts.largest_extent();
     let finding = |(index, material): (usize, &crate::scene::Material)| {

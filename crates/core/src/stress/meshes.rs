@@ -1,4 +1,4 @@
-//! Meshes: single triangles, how they hang together, and which way they are turned.
+//! Findings about meshes: single triangles, connectivity and orientation.
 
 use std::collections::BTreeMap;
 
@@ -15,10 +15,10 @@ use super::triangles::TriangleDefects;
 use super::used_mesh::UsedMesh;
 use crate::scene::MeshData;
 
-/// Share of the rays that see an object from which on what they see of it counts.
+/// Share of the rays through an object above which a fault of the object shows in the picture.
 const SEEN: f64 = 0.01;
 
-/// How triangles of the shown meshes hang together.
+/// Returns the topology of each mesh in use, by the index of the mesh.
 pub(super) fn mesh_topologies(scene_facts: &SceneFacts<'_>) -> BTreeMap<usize, Topology> {
     scene_facts
         .shown_meshes()
@@ -27,7 +27,7 @@ pub(super) fn mesh_topologies(scene_facts: &SceneFacts<'_>) -> BTreeMap<usize, T
         .collect()
 }
 
-/// What is wrong with the meshes of a scene.
+/// Returns the findings about the meshes of a scene.
 pub(super) fn check_meshes(
     scene_facts: &SceneFacts<'_>,
     topologies: &BTreeMap<usize, Topology>,
@@ -74,13 +74,13 @@ pub(super) fn check_meshes(
 }
 
 impl UsedMesh<'_> {
-    /// Where a triangle of an object is.
+    /// Returns the centre of a triangle of an object, in world space.
     pub fn triangle_centre(&self, object_facts: &ObjectFacts<'_>, triangle: u32) -> DVec3 {
         let corners = self.data.indices[triangle as usize];
         self.corner_centroid(object_facts, &corners)
     }
 
-    /// The middle of some corners as an object shows them.
+    /// Returns the mean of some corners of an object, in world space.
     pub fn corner_centroid(&self, object_facts: &ObjectFacts<'_>, corners: &[u32]) -> DVec3 {
         let sum: DVec3 = corners
             .iter()
@@ -91,7 +91,7 @@ impl UsedMesh<'_> {
             .transform_point3(sum / corners.len() as f64)
     }
 
-    /// A finding about triangles, at the one that is nearest to a camera.
+    /// Returns a finding about triangles. Its position is the triangle nearest to a camera.
     pub fn triangle_finding(
         &self,
         (code, severity): (FindingCode, Severity),
@@ -113,8 +113,8 @@ impl UsedMesh<'_> {
         .with_place(near.and_then(|(_, point)| finite_point(point)))
     }
 
-    /// A finding about edges, in the middle of the one that is nearest to a camera, with its
-    /// triangle.
+    /// Returns a finding about edges. Its position is the middle of the edge nearest to a camera;
+    /// its primitive is a triangle at this edge.
     fn edge_finding(
         &self,
         (code, severity): (FindingCode, Severity),
@@ -141,7 +141,9 @@ impl UsedMesh<'_> {
         self.data.indices.len() as u64
     }
 
-    /// Whether more than a hundredth of the rays that see an object saw something of it.
+    /// Returns whether a fault of an object is visible. `sightings` counts the rays that hit the
+    /// fault. More than two rays must hit it, and more than a hundredth of the rays through the
+    /// object.
     pub fn is_visible_on(
         &self,
         sightings: &SightingCounts<usize>,
@@ -206,8 +208,8 @@ impl UsedMesh<'_> {
         );
     }
 
-    /// How bad triangles without area are, why and what to do: nothing is left of a mesh all of
-    /// whose triangles are such, and of a picture in which nothing else is met.
+    /// Returns the severity, the reason and the remedy for triangles without area. The picture is
+    /// wrong if no object of the scene has any other triangle.
     fn words_of_degenerate(
         &self,
         counts: &TriangleDefects,
@@ -261,7 +263,7 @@ impl UsedMesh<'_> {
         ));
     }
 
-    /// Edges of bodies that have to be closed.
+    /// Finds irregular edges of glass bodies, which have to be closed.
     fn check_edges(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
         let bodies = || {
             self.objects
@@ -301,7 +303,8 @@ impl UsedMesh<'_> {
         }
     }
 
-    /// What is turned over, by how it is seen.
+    /// Finds triangles and closed parts with the wrong orientation. The severity depends on whether
+    /// the rays of the cameras hit their backs.
     fn check_orientation(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
         let inside_out = topology.inverted_components();
         if topology.flipped_triangles.count == 0 && inside_out.is_empty() {
@@ -358,7 +361,8 @@ impl UsedMesh<'_> {
     }
 }
 
-/// What open edges of glass make, and what to do.
+/// Returns the reason and the remedy for open edges of glass. `seam` is the width of the seam, if
+/// rounding alone has opened it.
 fn open_edge_texts(seam: Option<f64>, severity: Severity) -> (String, String) {
     let is_seen = severity == Severity::PictureWrong;
     if let Some(apart) = seam {

@@ -1,6 +1,6 @@
 //! Numbers in the words of findings.
 
-/// A number of what is named in the plural.
+/// Returns a count with its unit. `unit` is the plural; for 1 the singular is written.
 pub fn count_with_unit(count: u64, unit: &str) -> String {
     let unit = match count {
         1 if unit == "copies" => "copy",
@@ -11,7 +11,7 @@ pub fn count_with_unit(count: u64, unit: &str) -> String {
     format!("{count} {unit}")
 }
 
-/// A number with four digits, written out where it is of a usual size.
+/// Returns a number with four digits. Very small and very large numbers have a power of ten.
 pub fn format_decimal(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 {
@@ -26,12 +26,12 @@ pub fn format_decimal(x: f64) -> String {
     trim_zeros(&format!("{x:.places$}")).to_owned()
 }
 
-/// A number of metres in words.
+/// Returns a length in metres with its unit.
 pub(super) fn metres(x: f64) -> String {
     with_metres(&format_decimal(x))
 }
 
-/// A number that is written already, of metres.
+/// Appends the unit metre to a formatted number.
 pub(super) fn with_metres(digits: &str) -> String {
     match digits {
         "1" => "1 metre".to_owned(),
@@ -47,7 +47,7 @@ fn trim_zeros(digits: &str) -> &str {
     }
 }
 
-/// A number with one digit, rounded up: a distance from which on something holds.
+/// Returns a number with one digit, rounded up, as a lower limit in messages.
 pub(super) fn round_up_to_digit(x: f64) -> String {
     let step = libm::pow(10.0, x.log10().floor());
     format_decimal((x / step).ceil() * step)
@@ -57,8 +57,8 @@ pub(super) fn round_up_to_digit(x: f64) -> String {
 mod tests {
     use super::*;
 
-    /// Protects: numbers have four digits and no zeros behind them, and powers of ten where they
-    /// are very small or large.
+    /// Protects: numbers have four digits without trailing zeros, and a power of ten if they are
+    /// very small or large.
     #[test]
     fn numbers_are_short() {
         let of = [0.0, 2.0, 0.012345, -1234.56, 123456.7, 1e-8, 1.5e9].map(format_decimal);

@@ -1,4 +1,4 @@
-//! What is told of flat surfaces of two objects in one plane, by the rays that see them.
+//! Findings about overlapping coplanar surfaces, judged by the rays that hit them.
 
 use std::collections::BTreeMap;
 
@@ -11,23 +11,25 @@ use super::numbers::{metres, round_up_to_digit, with_metres};
 use super::ray_survey::RaySurvey;
 use crate::settings::PrecisionChoice;
 
-/// An object that others cover, of which one is named.
+/// An object that other objects cover in an overlap.
 struct CoveredObject {
     other: usize,
     others: usize,
-    /// Rays that see any of them there, and those of which that is itself.
+    /// Number of rays that hit the overlap, and number of those that hit this object first.
     rays: [u64; 2],
     position: DVec3,
     gap: f64,
-    /// Whether each is seen here and there.
+    /// Whether both objects are visible in turns.
     flickers: bool,
-    /// Whether one of two shines.
+    /// Whether one of the two objects emits light.
     shines: bool,
 }
 
-/// What overlaps and is not told by rays that see now the one and now the other: the picture is
-/// wrong where all that is to be seen of one of them is where others are seen, and where rounding
-/// decides from ray to ray.
+/// Returns the findings about overlaps. `is_told` tells whether a pair is reported elsewhere. The
+/// picture is wrong in three cases:
+/// - All rays that could see an object hit another object in its place.
+/// - Rounding decides from ray to ray which object is visible.
+/// - One of the two objects emits light.
 pub(super) fn check_overlaps(
     scene_facts: &SceneFacts<'_>,
     overlaps: &OverlapTable,
@@ -123,7 +125,8 @@ fn overlap_finding(
     counted_finding.with_place(finite_point(covered.position))
 }
 
-/// How bad it is that an object is covered, by the rays that see it there and elsewhere.
+/// Returns the code, the severity and the end of the reason for a covered object. `is_lost`: other
+/// objects cover it wherever it could be seen. `elsewhere`: rays that hit it outside the overlap.
 fn overlap_verdict(
     covered: &CoveredObject,
     is_lost: bool,
@@ -166,8 +169,8 @@ fn overlap_verdict(
     }
 }
 
-/// Returns the remedy for two surfaces with this gap between them, where `minimum` is the least
-/// distance at which surfaces are told apart, both in metres.
+/// Returns the remedy for two surfaces that are too close. `minimum` is the least distinguishable
+/// separation, `gap` the actual one, both in metres.
 pub(super) fn separation_remedy(minimum: f64, gap: f64, precision: PrecisionChoice) -> String {
     let exact = match precision {
         PrecisionChoice::Robust if gap > 0.0 => ", or add --precision reference",

@@ -1,5 +1,5 @@
-//! What rays of a camera saw: how many of them, and where the first did, so that sums do not depend
-//! on the order of rays.
+//! Results of the rays of a camera: counts of rays with the nearest position. Sums of such counts
+//! do not depend on the order of the rays.
 
 use std::collections::BTreeMap;
 
@@ -7,16 +7,16 @@ use glam::DVec3;
 
 use super::finding::CheckRun;
 
-/// A point on the way of a ray.
+/// A point on a ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RayPoint {
     pub ray: u64,
     pub position: DVec3,
-    /// From where the ray starts, in metres.
+    /// Distance from the ray's origin, in metres.
     pub distance: f64,
 }
 
-/// Rays that saw something, and the nearest place where one did.
+/// Number of rays with a property, and the position nearest to a ray's origin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SightingCount {
     pub count: u64,
@@ -41,7 +41,7 @@ impl From<RayPoint> for SightingCount {
     }
 }
 
-/// Sightings by what they are of.
+/// Counts of rays, by the object or pair of objects that they concern.
 pub(crate) type SightingCounts<K> = BTreeMap<K, SightingCount>;
 
 pub(super) fn record_sighting<K: Ord>(sightings: &mut SightingCounts<K>, key: K, at: RayPoint) {
@@ -59,54 +59,57 @@ fn merge_sighting<K: Ord>(sightings: &mut SightingCounts<K>, key: K, other: Sigh
     sighting.count = count;
 }
 
-/// Keeps a value where it is the greatest of its key.
+/// Records a value if it is the greatest of its key.
 pub(super) fn record_maximum<K: Ord>(greatest: &mut BTreeMap<K, f64>, key: K, value: f64) {
     let known = greatest.entry(key).or_insert(value);
     *known = known.max(value);
 }
 
-/// A value of a material, by its key in the scene.
+/// A value of a material: the index of the material and the name of the value in the scene file.
 pub(crate) type ValueKey = (usize, &'static str);
 
-/// What rays of a camera saw. Objects are named by their facts.
+/// Results of the rays of a camera, or of several cameras. Objects are indices in
+/// `SceneFacts::objects`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RaySurvey {
     pub rays: u64,
     pub planned: u64,
-    /// Rays that met anything.
+    /// Number of rays that hit an object.
     pub hits: u64,
-    /// Rays on whose way an object is, and rays that see it first.
+    /// Rays that pass through an object, and rays that hit it first.
     pub sightings: SightingCounts<usize>,
     pub first: SightingCounts<usize>,
-    /// Rays that see it first from within.
+    /// Rays that first hit the inside of an object.
     pub first_within: SightingCounts<usize>,
-    /// Rays that leave a body once more often than they enter it, of a camera within.
+    /// Rays that leave a body once more often than they enter it, while the camera is inside the
+    /// body.
     pub within: SightingCounts<usize>,
-    /// Rays that enter a body and do not leave it, or leave it and did not enter it.
+    /// Rays that enter a body without leaving it, or leave it without entering it.
     pub unbalanced: SightingCounts<usize>,
-    /// Bodies that rays enter within another one.
+    /// Rays that enter a body within another body: the outer and the inner one.
     pub nested: SightingCounts<[usize; 2]>,
-    /// The first surface of a ray and the next one, where they are in one place and of two objects.
+    /// Rays whose first two hits coincide and belong to two objects, in this order.
     pub coincident: SightingCounts<[usize; 2]>,
-    /// How far apart these are at most, in metres.
+    /// Greatest separation of the surfaces of a pair in `coincident`, in metres.
     pub apart: BTreeMap<[usize; 2], f64>,
-    /// Rays that see the first of two objects where both have a face in one plane.
+    /// Rays whose first hit lies in the overlap of two coplanar objects. The object that was hit
+    /// comes first.
     pub coplanar: SightingCounts<[usize; 2]>,
-    /// Backs that the camera looks through.
+    /// Rays whose first surface is a back that is hidden from the camera.
     pub backs: SightingCounts<usize>,
-    /// Vertex normals that point to the other side than what is hit.
+    /// Rays that hit a triangle whose vertex normals point to its opposite side.
     pub against: SightingCounts<usize>,
     pub starts: u64,
     pub self_hits: SightingCounts<usize>,
     pub beyond: SightingCounts<usize>,
     pub not_numbers: SightingCounts<ValueKey>,
     pub out_of_range: SightingCounts<ValueKey>,
-    /// The greatest of those that are out of range.
+    /// Greatest value for each key of `out_of_range`.
     pub greatest: BTreeMap<ValueKey, f64>,
 }
 
 impl RaySurvey {
-    /// Adds what other rays saw.
+    /// Adds the results of other rays.
     #[must_use]
     pub fn combine(mut self, other: Self) -> Self {
         self.rays += other.rays;
@@ -154,13 +157,13 @@ impl RaySurvey {
         self
     }
 
-    /// How often something was seen.
+    /// Returns the number of rays with a key.
     pub fn sighting_count<K: Ord>(of: &SightingCounts<K>, key: &K) -> u64 {
         of.get(key).map_or(0, |sighting| sighting.count)
     }
 
-    /// Of a camera's rays, tells those of a camera within a body, which nearly all leave it, from
-    /// those that came into it unseen.
+    /// Separates the rays in `within` by body. If nearly all rays leave the body, the camera is
+    /// inside it. Otherwise the rays entered it unnoticed, and move to `unbalanced`.
     pub(super) fn separate_camera_body(&mut self) {
         const NEARLY: f64 = 0.9;
         let rays = self.rays as f64;

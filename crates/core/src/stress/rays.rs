@@ -1,5 +1,5 @@
-//! Rays of the scene's own camera, straight through everything: what they meet in which order, and
-//! what becomes of rays that start there.
+//! Camera rays that continue through all surfaces. They record the order of the surfaces, and test
+//! rays that start at the first surface.
 
 use std::collections::BTreeMap;
 
@@ -18,17 +18,17 @@ use crate::interaction::Interaction;
 use crate::prepare::{PreparedScene, PreparedSpawnRule};
 use crate::scene::Shape;
 
-/// Rays of a round along the picture's width and height, and rounds.
+/// Numbers of rays in a round along the picture's width and height, and number of rounds.
 const GRID: [u64; 2] = [160, 90];
 const ROUNDS: u64 = 4;
 
-/// Surfaces on the way of a ray that are looked at.
+/// Greatest number of surfaces that a ray passes.
 const HITS: usize = 128;
 
-/// Directions in which rays start from a surface.
+/// Number of rays that start at each first hit.
 const STARTS: u64 = 2;
 
-/// Rays through a picture of a size, in rounds of which each is finished.
+/// Task that traces the rays of a camera. Rounds are only traced in full.
 pub(super) struct RaySurveyTask<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
     pub overlaps: &'a OverlapTable,
@@ -96,11 +96,11 @@ struct SurveyRayTracer<'a, R: Real> {
     overlaps: &'a OverlapTable,
     size: [u32; 2],
     seed: u64,
-    /// Whether rays go on behind the first surfaces.
+    /// Whether rays continue behind the second surface. Only in scenes with glass bodies.
     looks_through: bool,
 }
 
-/// A surface on the way of a ray.
+/// A surface that a ray crosses.
 struct RayCrossing<R: Real> {
     object: usize,
     surface: Surface<R>,
@@ -151,7 +151,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         }
     }
 
-    /// Where a ray of the camera meets a surface.
+    /// Returns the point at which a camera ray hits a surface.
     fn sighted_point(&self, surface: &Surface<R>, hit: &Hit<R>, ray: u64) -> RayPoint {
         RayPoint {
             ray,
@@ -160,7 +160,8 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         }
     }
 
-    /// What is seen: values there, rays that start there, and what else is in its place.
+    /// Records the first hit of a ray: values of the material, overlapping objects, normals, and
+    /// rays that start there.
     fn survey_first_hit(&self, ray: &Ray<R>, hit: &Hit<R>, index: u64, survey: &mut RaySurvey) {
         let prepared = self.prepared;
         let segment = PathSegment {
@@ -200,7 +201,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         }
     }
 
-    /// Whether the mesh's own normal points to the other side than the triangle's.
+    /// Returns whether the vertex normals point to the opposite side of the triangle.
     fn has_opposed_normals(&self, ray: &Ray<R>, hit: &Hit<R>) -> bool {
         let Some(mesh) = &self.prepared.objects[hit.outermost_id() as usize].mesh else {
             return false;
@@ -221,7 +222,8 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         normal.dot(self.prepared.geometry.surface(ray, hit).normal.to_f64()) < 0.0
     }
 
-    /// A ray that starts there to the side that is seen.
+    /// Traces a random ray from the visible side of a surface, and records whether its start is
+    /// wrong.
     fn survey_spawned_ray(
         &self,
         interaction: &Interaction<R>,
@@ -283,7 +285,8 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         }
     }
 
-    /// Whether a ray that leaves a primitive of an object on this side can't meet it again.
+    /// Returns whether a ray from this side of a primitive cannot hit the same primitive again. So
+    /// it is for flat shapes, and for the outside of convex shapes.
     fn cannot_be_hit_again(&self, object: usize, outside: bool) -> bool {
         match self.scene_facts.objects[object].object.shape {
             Shape::Mesh(_)
@@ -300,7 +303,8 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         }
     }
 
-    /// What a ray meets that no surface stops and no back is hidden from.
+    /// Traces a ray through all surfaces, with no back hidden, and records the order of the
+    /// surfaces.
     fn survey_surfaces_behind(&self, ray: &Ray<R>, index: u64, survey: &mut RaySurvey) {
         let (mut range, mut depths) = (Interval::positive(), BTreeMap::<usize, i64>::new());
         let mut before: Option<RayCrossing<R>> = None;
@@ -337,7 +341,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         }
     }
 
-    /// Keeps account of the bodies that a ray is in.
+    /// Updates the depth of a ray within each glass body at a crossing.
     fn update_body_depths(
         &self,
         crossing: &RayCrossing<R>,
@@ -361,8 +365,8 @@ impl<R: Real> SurveyRayTracer<'_, R> {
     }
 }
 
-/// How far apart two surfaces of two objects are, one behind the other on a ray, that are in one
-/// place as far as hits tell.
+/// Returns the separation of two successive surfaces on a ray, in metres. Returns `None` if they
+/// belong to one object, or if their separation exceeds the error of the hits.
 fn coincident_distance<R: Real>(
     ray: &Ray<R>,
     first: &RayCrossing<R>,
@@ -377,7 +381,7 @@ fn coincident_distance<R: Real>(
     (first.object != second.object && is_one).then_some(apart)
 }
 
-/// The end of a ray that has met everything on its way: bodies that it entered and did not leave.
+/// Records the bodies that a ray entered and left unequally often, at the end of the ray.
 fn record_unclosed_bodies(
     depths: &BTreeMap<usize, i64>,
     hits: &[(usize, RayPoint)],

@@ -1,5 +1,5 @@
-//! How much of an object is seen otherwise for the rounding of its coordinates: rays of the cameras
-//! that meet it in the precision of the settings and in doubles.
+//! Visible effect of coarse coordinates on an object. The same rays are traced in the precision of
+//! the settings and in double precision.
 
 use std::collections::BTreeMap;
 
@@ -11,31 +11,32 @@ use super::facts::SceneFacts;
 use crate::dispatch::{PreparedSceneTask, ReadyScene};
 use crate::prepare::PreparedScene;
 
-/// Rays along the width and the height of the part of a picture in which an object is.
+/// Number of rays along the width and the height of the rectangle that an object covers in the
+/// picture.
 const GRID: usize = 96;
-/// Largest number of objects that have rays of their own, and the rays along the width and the
-/// height of a picture whose objects share them.
+/// Greatest number of objects with rays of their own. More objects share the rays of the whole
+/// picture: `SHARED_GRID` along its width and its height.
 const FOCUSED: usize = 32;
 const SHARED_GRID: usize = 512;
-/// Cosine of the angle between two normals that look alike: two degrees.
+/// Cosine of two degrees: normals with a smaller angle between them look alike.
 const ALIKE: f64 = 0.9994;
-/// Share of its rays, and area in pixels, up to which what is seen otherwise is not seen.
+/// Limits below which a difference is not visible: share of the object's rays, and area in pixels.
 const SHARE: f64 = 0.01;
 const PIXELS: f64 = 1.0;
 
-/// What rays of all cameras saw of an object in two precisions.
+/// Difference between the rays to an object in two precisions, over all cameras.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RoundingEffect {
-    /// Rays that meet the object in either precision, and those of which the object or its normal
-    /// differs.
+    /// Number of rays that hit the object in either precision. Number of those for which the hit
+    /// object or its normal differs.
     pub rays: u64,
     pub changed: u64,
-    /// The greatest area of a picture that differs, in pixels.
+    /// Greatest differing area in the picture of a camera, in pixels.
     pub area: f64,
 }
 
 impl RoundingEffect {
-    /// The effect on two objects.
+    /// Returns the combined effect on two objects.
     pub fn plus(self, other: Self) -> Self {
         Self {
             rays: self.rays + other.rays,
@@ -44,14 +45,15 @@ impl RoundingEffect {
         }
     }
 
-    /// Whether a picture shows it.
+    /// Returns whether the effect is visible in a picture.
     pub fn is_seen(&self) -> bool {
         self.changed as f64 > SHARE * self.rays as f64 && self.area > PIXELS
     }
 }
 
-/// Compares what the cameras see of each of these objects. The time of many does not grow with
-/// their number: then rays of the whole picture are shared.
+/// Compares the cameras' rays to each object in two precisions: that of the settings and double.
+/// Many objects share the rays of the whole picture, so that the time does not grow with their
+/// number.
 pub(super) fn measure_effects(
     scene_facts: &SceneFacts<'_>,
     ready: [&ReadyScene; 2],
@@ -79,7 +81,8 @@ pub(super) fn measure_effects(
     effects
 }
 
-/// Adds what a grid of rays through a part of a picture meets to the effects of the objects.
+/// Traces a grid of rays through a rectangle of a camera's picture, and adds the differences to the
+/// effects of the objects.
 fn add_view(
     scene_facts: &SceneFacts<'_>,
     [robust, exact]: [&ReadyScene; 2],
@@ -131,7 +134,8 @@ fn add_view(
     }
 }
 
-/// The part of a picture in which a box is, all of it where a corner is out of view.
+/// Returns the rectangle of the picture that a box covers, with a margin. Returns the whole picture
+/// if a corner of the box is out of view.
 fn rectangle(view: &CameraView, bounds: Option<Aabb>) -> [[f64; 2]; 2] {
     let whole = [[0.0; 2], view.size.map(f64::from)];
     let Some(bounds) = bounds else {
@@ -162,7 +166,8 @@ fn rectangle(view: &CameraView, bounds: Option<Aabb>) -> [[f64; 2]; 2] {
     })
 }
 
-/// What rays in the world meet first, with its normal.
+/// Task that finds the first hit of camera rays: the object and its normal. Rays are in world
+/// space.
 struct PrimaryRays<'a> {
     scene_facts: &'a SceneFacts<'a>,
     rays: Vec<Ray<f64>>,

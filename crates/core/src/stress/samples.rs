@@ -1,5 +1,5 @@
-//! A small picture of each camera: samples that are no numbers, rays that were cut short, and
-//! lights that were not found.
+//! Findings from a small picture of each camera: samples that are not finite, rays that were cut
+//! short, and lights that were not reached.
 
 use super::chance::ChanceNoise;
 use super::facts::{SceneFacts, finite_point};
@@ -12,7 +12,7 @@ use crate::prepare::UnreachedLight;
 use crate::scene::Triple;
 use crate::settings::Settings;
 
-/// What is wrong with the samples of all cameras.
+/// Returns the findings about the samples of all cameras.
 pub(super) fn check_samples(
     scene_facts: &SceneFacts<'_>,
     pictures: &[SmallRender],
@@ -123,7 +123,7 @@ fn brightness_finding(
     })
 }
 
-/// Whether a light that nothing reaches is told by its rays: a lamp of no area, or a light behind
+/// Returns whether another check reports an unreached light: a lamp without area, or a light behind
 /// glass.
 fn is_told_by_rays(
     scene_facts: &SceneFacts<'_>,
@@ -155,7 +155,7 @@ fn light_place(scene_facts: &SceneFacts<'_>, subject: FindingSubject) -> Option<
     }
 }
 
-/// Lights from which nothing arrives in the picture of any camera.
+/// Returns findings about lights that reach no visible surface of any camera.
 fn unreached_light_findings(
     noise: &ChanceNoise<'_>,
     pictures: &[SmallRender],

@@ -1,14 +1,15 @@
-//! Seams of a mesh that are open by rounding alone: its corners there nearly coincide.
+//! Seams of a mesh that rounding alone has opened: the corners on both sides nearly coincide.
 
 use std::collections::HashMap;
 
 use crate::scene::MeshData;
 
-/// Share of a mesh's size within which corners are one place but for rounding.
+/// Greatest separation of corners on a seam, as a share of the diagonal of the mesh's bounds.
 const ROUNDING: f64 = 1e-5;
 
-/// How far corners are apart that are one but for rounding, where as one they leave none of these
-/// edges open. Edges run from a corner to another in the direction of their triangle.
+/// Returns the greatest separation of the corners of a seam. Returns `None` unless all open edges
+/// close when nearly coincident corners are merged. Open edges run in the direction of their
+/// triangle.
 pub(super) fn seam_width(data: &MeshData, open: &[[u32; 2]]) -> Option<f64> {
     let at = |corner: u32| data.positions.position(corner as usize);
     let bounds = raywright_bvh::Aabb::from_points(data.positions.iter());
@@ -59,7 +60,7 @@ mod tests {
     use super::super::topology::Topology;
     use crate::scene::MeshData;
 
-    /// Two triangles back to back, the corners of the second one moved by so much.
+    /// Two triangles back to back. The second is shifted by `apart` along x.
     fn pillow(apart: f32) -> MeshData {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.3_f32]];
         let moved = corners.map(|[x, y, z]| [x + apart, y, z]);
@@ -68,8 +69,8 @@ mod tests {
         serde_json::from_value(data).unwrap_or_else(|e| panic!("{e}"))
     }
 
-    /// Protects: edges that are open by rounding are a seam, with how wide it is; those of a hole
-    /// are none.
+    /// Protects: edges opened by rounding are a seam with the right width. The wider edges of a
+    /// hole are no seam.
     #[test]
     fn a_seam_is_no_hole() {
         let value_of = |apart| {

@@ -1,4 +1,5 @@
-//! The order of all checks of a scene: its data, rays and samples of each camera, and what they say.
+//! Order of all checks of a scene: its data, then rays and samples of each camera, then the
+//! findings from both.
 
 use std::collections::BTreeMap;
 
@@ -30,10 +31,10 @@ use crate::scene::Scene;
 use crate::settings::{Aov, Sampling, Settings};
 use crate::validate::Problem;
 
-/// Cameras whose rays are sent; a scene with more has its first ones looked at.
+/// Greatest number of cameras that are checked: the first ones of the scene.
 const CAMERAS: usize = 8;
 
-/// Pixels of the small picture of each camera, and most samples of each.
+/// Greatest number of pixels of the small picture of each camera, and of samples of each pixel.
 const PIXELS: f64 = 20_000.0;
 const SAMPLES: u32 = 16;
 
@@ -44,7 +45,7 @@ pub(super) struct StressSession<'a> {
     pub deadline: RayDeadline<'a>,
 }
 
-/// What is known of a scene before rays are sent.
+/// Facts about a scene that are known before rays are traced.
 struct SceneData<'a> {
     scene_facts: &'a SceneFacts<'a>,
     topologies: BTreeMap<usize, Topology>,
@@ -53,7 +54,8 @@ struct SceneData<'a> {
     resolution: &'a DepthResolution<'a>,
 }
 
-/// What is found of a scene that can't be prepared, so that no ray can be sent.
+/// Returns the summary of a scene that cannot be prepared, so that no ray can be traced. `lost`
+/// holds the reasons.
 fn summarise_unprepared(
     scene_facts: &SceneFacts<'_>,
     views: &[CameraView],
@@ -134,7 +136,7 @@ impl StressSession<'_> {
         })
     }
 
-    /// What the data and everything that rays saw say.
+    /// Returns the findings from the scene's data and from all rays.
     fn judge(
         &self,
         data: &SceneData<'_>,
@@ -198,7 +200,8 @@ impl StressSession<'_> {
         findings
     }
 
-    /// The cameras that are checked, each with a picture of the size in the settings.
+    /// Returns the cameras to check, each with the picture size of the settings. Without cameras,
+    /// the scene is framed automatically.
     fn camera_views(&self) -> Vec<CameraView> {
         let (scene, size) = (self.scene, self.settings.size);
         let cameras = scene.cameras.iter().enumerate().take(CAMERAS);
@@ -232,7 +235,7 @@ impl StressSession<'_> {
         views
     }
 
-    /// The settings of a small picture.
+    /// Returns the settings of a camera's small picture.
     fn small_picture_settings(&self, view: &CameraView) -> Settings {
         let [width, height] = view.size.map(f64::from);
         let scale = (PIXELS / (width * height)).sqrt().min(1.0);
@@ -252,7 +255,7 @@ impl StressSession<'_> {
         }
     }
 
-    /// Sends rays of a camera.
+    /// Traces all rays of a camera, renders its small picture and adds the results.
     fn run_camera_checks(
         &self,
         ready: &ReadyScene,
@@ -296,19 +299,19 @@ impl StressSession<'_> {
     }
 }
 
-/// What rays of each camera saw.
+/// Results of the rays of each camera.
 #[derive(Default)]
 struct CameraCheckResults {
     rays: Vec<RaySurvey>,
     aimed: Vec<AimedRayResult>,
     lights: Vec<LightSurvey>,
     pictures: Vec<SmallRender>,
-    /// Lamps that shine through a cover, each with that.
+    /// Pairs of an emissive object and the cover through which it shines.
     leaks: Vec<[usize; 2]>,
 }
 
 impl CameraCheckResults {
-    /// The checks of all cameras together.
+    /// Returns the work of all checks, summed over the cameras.
     fn merge_check_runs(&self, furnaces: CheckRun) -> Vec<CheckRun> {
         let rays = self.rays.iter().map(RaySurvey::to_check_run);
         let aimed = self.aimed.iter().map(AimedRayResult::to_check_run);

@@ -1,4 +1,4 @@
-//! Whether a camera sees the place of a finding, or something opaque hides it.
+//! Tests whether a camera sees the position of a finding, or an opaque object hides it.
 
 use glam::DVec3;
 use raywright_bvh::{Interval, Ray, Real, Vector};
@@ -9,19 +9,20 @@ use super::finding::{FindingSubject, StressFinding};
 use crate::dispatch::{PreparedSceneTask, ReadyScene};
 use crate::prepare::PreparedScene;
 
-/// Surfaces on the way to a place that are looked through.
+/// Greatest number of transparent surfaces that a ray passes.
 const HITS: usize = 64;
-/// Share of the way within which a surface is at its end.
+/// Share of a ray's length before its end within which a surface counts as the end.
 const NEAR: f64 = 1e-4;
 
-/// The way from a camera to a place.
+/// A ray from a camera to the position of a finding.
 struct Sightline {
     finding: usize,
     camera: usize,
     pixel: [f64; 2],
     ray: Ray<f64>,
     distance: f64,
-    /// The object that the finding is about, where any place of its surface does.
+    /// Object of the finding, if the finding has no primitive. A hit anywhere on this object then
+    /// counts as visible.
     own: Option<usize>,
 }
 
@@ -66,7 +67,7 @@ impl SightlineTask<'_> {
     }
 }
 
-/// Gives findings the pixel of the first camera that sees their place.
+/// Sets the pixel of each finding: that of the first camera that sees its position.
 pub(super) fn assign_pixels(
     scene_facts: &SceneFacts<'_>,
     ready: &ReadyScene,

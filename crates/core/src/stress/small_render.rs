@@ -1,4 +1,4 @@
-//! A small render of a camera, by which the checks judge samples, black pictures and noise.
+//! A small picture of a camera, from which the checks judge samples, blackness and noise.
 
 use super::RayDeadline;
 use super::covers::Cover;
@@ -8,19 +8,19 @@ use crate::dispatch::ReadyScene;
 use crate::picture::Picture;
 use crate::prepare::UnreachedLight;
 
-/// What a small picture of a camera showed.
+/// A small picture of a camera, with its counters.
 pub(super) struct SmallRender {
     pub camera: usize,
     pub picture: Picture,
     pub counters: Counters,
     pub shut_away: Vec<UnreachedLight>,
     pub run: CheckRun,
-    /// What is in the way of light, where everything is black.
+    /// Object that blocks the light, if the picture is black.
     pub cover: Option<Cover>,
 }
 
 impl SmallRender {
-    /// Renders it, as far as there is time.
+    /// Renders the small picture, until it is complete or the time is over.
     pub fn render_small_picture(
         ready: &ReadyScene,
         camera: usize,
@@ -54,8 +54,8 @@ impl SmallRender {
         }
     }
 
-    /// Whether something is seen, and all of it is black: light that grazes a surface by rounding
-    /// alone is none.
+    /// Returns whether surfaces are visible and all of them are black. Radiances up to 1e-6, which
+    /// rounding can cause at grazing angles, count as black.
     pub fn is_black(&self) -> bool {
         const BLACK: f32 = 1e-6;
         let shines = |pixel: [f32; 3]| pixel.iter().any(|&channel| channel > BLACK);
@@ -64,7 +64,8 @@ impl SmallRender {
             && !self.run.is_cut_short()
     }
 
-    /// The mean of what is seen of surfaces, without the brightest twentieth of the pixels.
+    /// Returns the mean radiance of visible surfaces. The brightest twentieth of the pixels is left
+    /// out.
     pub fn mean_radiance(&self) -> f64 {
         let value = |pixel: &[f32; 3]| f64::from(pixel.iter().sum::<f32>()) / 3.0;
         let mut values: Vec<f64> = self.picture.rgb.iter().map(value).collect();
@@ -76,7 +77,7 @@ impl SmallRender {
         values.iter().sum::<f64>() / surfaces.max(1.0)
     }
 
-    /// The middle of a pixel of it as a place of the picture, whose size is another.
+    /// Returns the centre of a pixel in a picture of another size, and the index of the camera.
     pub fn full_size_position(&self, pixel: usize, size: [u32; 2]) -> Option<([f64; 2], usize)> {
         let (width, height) = (self.picture.width as usize, f64::from(self.picture.height));
         let at = [(pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5];
@@ -89,7 +90,7 @@ impl SmallRender {
         ))
     }
 
-    /// The first pixel of which this holds.
+    /// Returns the first pixel for which `holds` is true.
     pub fn first_pixel_where(&self, holds: impl Fn([f32; 3]) -> bool) -> Option<usize> {
         self.picture.rgb.iter().position(|&pixel| holds(pixel))
     }

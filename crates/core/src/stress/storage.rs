@@ -1,4 +1,4 @@
-//! What stored coordinates make of a scene, and how large it is.
+//! Findings about coordinates that are rounded for storage, and about the size of the scene.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::{Aabb, Real};
@@ -16,15 +16,16 @@ use crate::scene::{MeshData, Scene, Shape};
 use crate::settings::PrecisionChoice;
 use crate::validate::{Problem, spans_no_area};
 
-/// Sizes in metres between which scenes usually are.
+/// Least and greatest usual size of a scene, in metres.
 const USUAL: [f64; 2] = [1e-3, 1e6];
-/// Share of a scene's size below which an object is hardly a part of it.
+/// Half the share of the scene's size below which an object is suspiciously small.
 const TINY: f64 = 1e-6;
 
-/// Share of an object's reach below which that of the others makes it an outlier.
+/// An object is an outlier if the reach of the others is a smaller share of its reach than this.
 const FAR: f64 = 1e-5;
 
-/// Shapes of which storing leaves nothing, by the problems for which preparing them is refused.
+/// Returns findings about shapes that degenerate when they are stored. `problems` are the errors
+/// for which the scene cannot be prepared.
 pub(super) fn lost_shape_findings(scene: &Scene, problems: &[Problem]) -> Vec<StressFinding> {
     let finding = |problem: &Problem| {
         let index = |path: &str, list: &str| {
@@ -52,8 +53,8 @@ pub(super) fn lost_shape_findings(scene: &Scene, problems: &[Problem]) -> Vec<St
     problems.iter().map(finding).collect()
 }
 
-/// What storing takes from the objects of a prepared scene: the picture is wrong where a camera
-/// has that in view.
+/// Returns the findings about details that storage loses. The picture is wrong if a camera has the
+/// object in view.
 pub(super) fn check_storage(
     scene_facts: &SceneFacts<'_>,
     ready: &ReadyScene,
@@ -109,7 +110,7 @@ pub(super) fn check_storage(
     findings
 }
 
-/// Triangles with an area that storing makes flat, of objects of which others stay.
+/// Finds triangles that lose their area when they are stored, in objects that keep other triangles.
 fn lost_triangle_findings<R: Real>(
     scene_facts: &SceneFacts<'_>,
     lost: &[u32],
@@ -166,7 +167,8 @@ fn lost_triangle_findings<R: Real>(
     findings
 }
 
-/// Triangles of a mesh that lose their area where a map puts them, and the first of them.
+/// Returns the number of triangles that lose their area when they are stored under a transform, and
+/// the first of them.
 fn count_lost_triangles<R: Real>(
     data: &MeshData,
     map: DAffine3,
@@ -197,8 +199,8 @@ fn count_lost_triangles<R: Real>(
     (count, first)
 }
 
-/// Whether a mesh is stored where its own digits are kept: no farther away than its own numbers are
-/// great.
+/// Returns whether storage keeps all digits of a mesh's vertices: its distance from the origin is
+/// at most its greatest coordinate.
 fn keeps_vertex_digits<R: Real>(data: &MeshData, away: DVec3, scale: f64) -> bool {
     let greatest = data
         .positions
@@ -208,7 +210,7 @@ fn keeps_vertex_digits<R: Real>(data: &MeshData, away: DVec3, scale: f64) -> boo
         || data.positions.origin() == DVec3::ZERO && away.abs().max_element() <= greatest * scale
 }
 
-/// Sizes that are probably in other units.
+/// Returns findings about sizes that suggest wrong units.
 fn scale_findings(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<StressFinding> {
     let far = find_outliers(scene_facts, views);
     let mut findings: Vec<StressFinding> = far
@@ -262,10 +264,11 @@ fn scale_findings(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<Str
     findings
 }
 
-/// An object that reaches far beyond most others.
+/// An object that extends far beyond most others.
 struct OutlierObject {
     object: usize,
-    /// How far it reaches from the middle of the others, and how far they do, in metres.
+    /// Distances of the object's farthest corner and of all other objects from the middle of the
+    /// others, in metres.
     reach: f64,
     others: f64,
 }
@@ -293,8 +296,8 @@ impl OutlierObject {
     }
 }
 
-/// Objects without which the scene is a small share of its size: of less than half of them, or of
-/// those that no camera has in view.
+/// Finds objects without which the scene is a tiny share of its size. Outliers are fewer than half
+/// of the objects, or at most as many as no camera has in view.
 fn find_outliers(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<OutlierObject> {
     const FEWEST: usize = 3;
     let bounded: Vec<(usize, Aabb)> = scene_facts

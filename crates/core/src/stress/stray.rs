@@ -1,5 +1,5 @@
-//! Vertices far out of their mesh: the triangles that reach to them are spikes, or so thin that no
-//! ray meets them.
+//! Vertices far away from the rest of their mesh. Their triangles are spikes, or too thin for any
+//! ray to hit.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -11,22 +11,22 @@ use super::numbers::{format_decimal, metres};
 use super::used_mesh::UsedMesh;
 use crate::scene::MeshData;
 
-/// How many times as far out as nearly all others a vertex is.
+/// Least distance of a stray vertex from the middle of the mesh, in multiples of its reach.
 const FAR: f64 = 1e4;
-/// Vertices by which the middle of a mesh and its reach are judged.
+/// Greatest number of vertices from which the middle and the reach of a mesh are estimated.
 const SAMPLES: usize = 1 << 12;
-/// Share of these vertices that the reach holds, and share of all that may be far out.
+/// Share of these vertices within the reach, and greatest share of all vertices that may be stray.
 const NEARLY_ALL: f64 = 0.95;
 const FEW: f64 = 0.01;
 
-/// Vertices far out, and the triangles that reach from the rest of the mesh to one of them.
+/// Stray vertices of a mesh, and the triangles that connect them with the rest.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StrayVertices {
-    /// Triangles, in order.
+    /// Indices of these triangles, in order.
     pub triangles: Vec<u32>,
-    /// Vertices, in order.
+    /// Indices of the stray vertices, in order.
     pub vertices: Vec<u32>,
-    /// How far nearly all others are from the middle of the mesh, in its own space.
+    /// Radius about the middle of the mesh that holds nearly all vertices, in the mesh's own space.
     reach: f64,
 }
 
@@ -84,8 +84,8 @@ impl StrayVertices {
 }
 
 impl UsedMesh<'_> {
-    /// The finding of vertices far out, which names the first: the picture is wrong where a camera
-    /// has in view where the triangles start that reach to it.
+    /// Returns a finding that names the first stray vertex. The picture is wrong if a camera has
+    /// the other ends of its triangles in view.
     pub fn check_stray_vertices(&self, strays: &StrayVertices) -> Option<StressFinding> {
         let (&vertex, &object_facts) = (strays.vertices.first()?, self.objects.first()?);
         let near_corners = strays.triangles.iter().flat_map(|&triangle| {

@@ -1,4 +1,4 @@
-//! All findings as one list: each cause once, the worst first, with the pixels in which they are.
+//! Summary of all findings: each cause once, worst first, with pixels.
 
 use std::collections::BTreeMap;
 
@@ -9,10 +9,11 @@ use super::finding_code::{FindingCode, Severity};
 use super::{StressSummary, consequences, sightlines};
 use crate::dispatch::ReadyScene;
 
-/// Findings of a kind that are kept.
+/// Greatest number of findings that are kept for each pair of severity and code.
 const KEPT: usize = 16;
 
-/// The findings, the worst first, each cause once, with the pixels in which they are.
+/// Returns the summary: each cause once, worst first, with the pixels at which cameras see it.
+/// Without a prepared scene, no pixel is set.
 pub(super) fn summarise_findings(
     scene_facts: &SceneFacts<'_>,
     views: &[CameraView],
@@ -44,7 +45,7 @@ pub(super) fn summarise_findings(
     }
 }
 
-/// That there is no object.
+/// Returns a finding if the scene has no object.
 fn empty_scene_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
     let reason =
         "it has no object: the file has none, or nothing was left of them when it was read";
@@ -55,7 +56,8 @@ fn empty_scene_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
     })
 }
 
-/// Findings of one kind and cause as one, at the place that is nearest to a camera.
+/// Merges findings that agree in severity, code, reason, remedy and kind of subject. The position
+/// nearest to a camera is kept.
 fn merge_findings(views: &[CameraView], mut findings: Vec<StressFinding>) -> Vec<StressFinding> {
     findings.sort_by(|a, b| {
         (a.severity, a.code, &a.reason, &a.remedy, a.subject)

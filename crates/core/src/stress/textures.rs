@@ -1,11 +1,11 @@
-//! Images: of one colour, of numbers that light can't have, and such that are read as what they are
-//! not.
+//! Findings about images: images of one colour, invalid texels, and images used for the wrong
+//! purpose.
 
 use super::facts::SceneFacts;
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use crate::scene::{ColourSpace, ImageData, MaterialModel, PixelData, Sky, TextureRef};
 
-/// What is wrong with the images that shown materials and the sky read.
+/// Returns the findings about the images that materials in use and the sky read.
 pub(super) fn check_textures(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
     let mut images: Vec<usize> = Vec::new();
     let mut findings = Vec::new();
@@ -72,7 +72,7 @@ fn image_data<'a>(scene_facts: &SceneFacts<'a>, reference: &TextureRef) -> Optio
         .as_deref()
 }
 
-/// Whether all texels of an image are the same.
+/// Returns whether all texels of an image are equal.
 pub fn is_uniform_image(data: &ImageData) -> bool {
     match &data.pixels {
         PixelData::Codes(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
@@ -80,7 +80,7 @@ pub fn is_uniform_image(data: &ImageData) -> bool {
     }
 }
 
-/// Whether a texture reads an image of one colour, for which no coordinates are needed.
+/// Returns whether a texture reads an image of one colour, which needs no texture coordinates.
 pub(super) fn is_uniform_texture(scene_facts: &SceneFacts<'_>, reference: &TextureRef) -> bool {
     image_data(scene_facts, reference).is_some_and(is_uniform_image)
 }
@@ -115,7 +115,8 @@ fn colour_space_findings(
     })
 }
 
-/// An image of directions about the normal has much blue everywhere.
+/// Returns a finding if an image used as a normal map holds no normals. In a normal map, blue is
+/// above one half in most texels.
 fn normal_map_finding(
     scene_facts: &SceneFacts<'_>,
     reference: &TextureRef,

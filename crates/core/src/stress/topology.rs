@@ -1,5 +1,5 @@
-//! How the triangles of a mesh hang together: corners in one place are one corner, whatever the
-//! file makes of them.
+//! Connectivity of a mesh's triangles. Vertices at the same position count as one corner, even if
+//! the file lists them separately.
 
 use std::collections::HashMap;
 
@@ -12,35 +12,35 @@ use super::seams::seam_width;
 use super::windings::count_flipped_triangles;
 use crate::scene::MeshData;
 
-/// An edge with one of its triangles.
+/// An edge, by its two corners, with one of its triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TriangleEdge {
     pub triangle: u32,
     pub ends: [u32; 2],
 }
 
-/// A connected part of a mesh without open edges.
+/// A connected part of a mesh. `first` is its first triangle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshComponent {
     pub triangles: u64,
     pub first: u32,
-    /// Above zero where the outside is outside.
+    /// Signed volume, positive if the part is oriented outwards.
     pub volume: f64,
-    /// The sum of the absolute values of which the volume is the sum, by which its rounding is told.
+    /// Sum of the absolute values of the terms of `volume`. It bounds the rounding error.
     volume_terms: f64,
     bounds: [DVec3; 2],
     is_closed: bool,
 }
 
 impl MeshComponent {
-    /// Whether its outside is within. Two shells in one place, of which one is turned, have no
-    /// volume but that of rounding.
+    /// Returns whether the part is oriented inwards. Two coinciding shells of opposite orientation
+    /// have no volume beyond rounding, and count as oriented outwards.
     fn is_inverted(&self) -> bool {
         self.volume < -1e-10 * self.volume_terms
     }
 
-    /// Whether both are closed with their outside outside, and the other one is in the box of this
-    /// one.
+    /// Returns whether both parts are closed and oriented outwards, and the bounding box of `inner`
+    /// lies inside that of this part.
     pub fn holds_filled(&self, inner: &Self) -> bool {
         let [least, greatest] = self.bounds;
         let is_filled = |part: &Self| part.is_closed && part.volume > 1e-10 * part.volume_terms;
@@ -51,36 +51,39 @@ impl MeshComponent {
     }
 }
 
-/// An edge that two triangles share, for rays that are aimed at it: its corners, and those across
-/// it.
+/// An edge between two triangles, as a target of aimed rays. `across` are the corners opposite the
+/// edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SharedEdge {
     pub ends: [u32; 2],
     pub across: [u32; 2],
 }
 
-/// How triangles meet.
+/// Connectivity of a mesh.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Topology {
-    /// Triangles that are there again, with the same side out and with the other one.
+    /// Triangles that repeat an earlier triangle: those with the same orientation, and those with
+    /// the opposite one.
     pub duplicates: [CountAndFirst; 2],
     pub edges: u64,
     pub open_edges: CountAndFirst<TriangleEdge>,
-    /// Where corners are apart by rounding alone, how far at most: as one they leave no edge open.
+    /// Greatest separation of the corners of a seam, if merging nearly coincident corners closes
+    /// all open edges.
     pub seam: Option<f64>,
     pub non_manifold_edges: CountAndFirst<TriangleEdge>,
-    /// Triangles that disagree with most of those that they hang together with.
+    /// Triangles whose orientation differs from most of their connected part.
     pub flipped_triangles: CountAndFirst,
     pub components: Vec<MeshComponent>,
-    /// The part of each triangle, by its place among them; of copies none.
+    /// Index of each triangle's part in `components`. `u32::MAX` for repeated and degenerate
+    /// triangles.
     pub component_of: Vec<u32>,
-    /// Some edges of exactly two triangles whose sides agree.
+    /// Some edges of exactly two triangles with consistent orientation.
     pub shared_edges: Vec<SharedEdge>,
-    /// Some corners that triangles are all around.
+    /// Some corners that are surrounded by triangles.
     pub fans: Vec<TriangleFan>,
 }
 
-/// Edges that are kept for aiming.
+/// Number of shared edges that are kept as targets, approximately.
 const AIMED: usize = 1 << 12;
 
 impl Topology {
@@ -121,7 +124,8 @@ impl Topology {
         topology
     }
 
-    /// Whether every edge has two triangles that agree about the outside.
+    /// Returns whether the mesh is closed and consistently oriented. At each edge, as many
+    /// triangles run in one direction as in the other.
     pub fn is_closed(&self) -> bool {
         self.edges > 0
             && self.open_edges.count == 0
@@ -129,7 +133,8 @@ impl Topology {
             && self.non_manifold_edges.count == 0
     }
 
-    /// Closed parts whose outside is within, those apart that are hollows of another part.
+    /// Returns the closed parts that are oriented inwards. Parts inside an outward-oriented part
+    /// are left out: they are cavities.
     pub fn inverted_components(&self) -> Vec<MeshComponent> {
         const MOST: usize = 1000;
         if self.components.len() > MOST {
@@ -149,7 +154,8 @@ impl Topology {
         self.components.iter().filter(is_wrong).copied().collect()
     }
 
-    /// Triangles that have three corners and are no copies of earlier ones.
+    /// Returns which triangles are kept. Triangles with coinciding corners and repetitions with the
+    /// same orientation are dropped. All repetitions are counted in `duplicates`.
     fn mark_duplicate_triangles(&mut self, indices: &[[u32; 3]], corners: &[u32]) -> Vec<bool> {
         let mut sorted: Vec<([u32; 3], bool, u32)> = Vec::with_capacity(indices.len());
         for (i, triangle) in indices.iter().enumerate() {
@@ -175,7 +181,8 @@ impl Topology {
         kept
     }
 
-    /// Judges an edge by its triangles.
+    /// Classifies an edge by its triangles. `run` holds the entries of the edge from
+    /// `sorted_edges`.
     fn classify_edge(
         &mut self,
         data: &MeshData,
@@ -217,18 +224,18 @@ impl Topology {
     }
 }
 
-/// What of a mesh is not as in a closed surface.
+/// Edges that a closed, consistently oriented surface would not have.
 #[derive(Default)]
 struct IrregularEdges {
-    /// Open edges, from and to in the direction of their triangle.
+    /// Open edges, from the first to the second corner in the direction of their triangle.
     open: Vec<[u32; 2]>,
-    /// Corners at which some edge is open, turned over, or of more than two triangles.
+    /// Corners of irregular edges: open, inconsistently oriented, or with more than two triangles.
     corners: Vec<u32>,
-    /// Neighbours that disagree about which side is out.
+    /// A triangle at each edge where the orientation of two triangles differs.
     turned: CountAndFirst,
 }
 
-/// The edge of two triangles of one mesh, by places.
+/// Returns the common edge of two triangles, found by vertex positions.
 fn shared_edge(data: &MeshData, [one, other]: [u32; 2]) -> Option<SharedEdge> {
     let corners = |triangle: u32| data.indices[triangle as usize];
     let same =
@@ -248,7 +255,7 @@ fn shared_edge(data: &MeshData, [one, other]: [u32; 2]) -> Option<SharedEdge> {
     })
 }
 
-/// Of each vertex the first one in the same place.
+/// Returns for each vertex the first vertex at the same position.
 fn weld_vertices(data: &MeshData) -> Vec<u32> {
     let offsets = data.positions.offsets();
     // Both zeros are one place.
@@ -266,8 +273,9 @@ fn weld_vertices(data: &MeshData) -> Vec<u32> {
     first
 }
 
-/// The edges of the triangles that count, each as its lower and its upper corner, and twice its
-/// triangle, one more where it runs backwards.
+/// Returns the edges of the kept triangles, sorted. Each entry holds two values:
+/// - The smaller corner in the upper 32 bits, the larger corner in the lower ones.
+/// - Twice the triangle's index, plus 1 if the triangle runs from the larger to the smaller corner.
 fn sorted_edges(indices: &[[u32; 3]], corners: &[u32], kept: &[bool]) -> Vec<(u64, u32)> {
     let mut edges: Vec<(u64, u32)> = Vec::with_capacity(3 * indices.len());
     for (i, triangle) in indices.iter().enumerate().filter(|(i, _)| kept[*i]) {
@@ -294,7 +302,8 @@ fn union_sets(parents: &mut [u32], a: u32, b: u32) {
     parents[a.max(b) as usize] = a.min(b);
 }
 
-/// The connected parts.
+/// Returns the connected parts, and the index of each triangle's part. `open` lists the corners of
+/// irregular edges, whose parts are not closed.
 fn connected_components(
     data: &MeshData,
     (corners, kept): (&[u32], &[bool]),

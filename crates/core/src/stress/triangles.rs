@@ -1,4 +1,4 @@
-//! What is wrong with single triangles of a mesh.
+//! Findings about single triangles of a mesh.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -7,17 +7,17 @@ use super::count::CountAndFirst;
 use super::stray::StrayVertices;
 use crate::scene::MeshData;
 
-/// The height of a triangle as a share of its longest edge below which it is next to a line.
+/// Greatest ratio of a sliver's height to its longest edge.
 const SLIVER: f64 = 1e-4;
 
-/// What single triangles are.
+/// Faulty triangles of a mesh, by fault.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TriangleDefects {
     pub degenerate: CountAndFirst,
     pub slivers: CountAndFirst,
-    /// All three normals point to the other side.
+    /// Triangles whose three vertex normals point to the opposite side.
     pub against: CountAndFirst,
-    /// Those that reach to a vertex far out are neither degenerate nor slivers.
+    /// Stray vertices. Triangles that reach to them are not counted as degenerate or slivers.
     pub strays: StrayVertices,
 }
 

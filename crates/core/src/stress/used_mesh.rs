@@ -1,4 +1,4 @@
-//! A mesh in use, which the checks of triangles, vertices, edges and coordinates judge.
+//! A mesh in use, as the checks of triangles, edges and texture coordinates examine it.
 
 use super::cameras::CameraView;
 use super::facts::{ObjectFacts, SceneFacts};
@@ -12,6 +12,6 @@ pub(super) struct UsedMesh<'a> {
     pub objects: Vec<&'a ObjectFacts<'a>>,
     pub survey: &'a RaySurvey,
     pub views: &'a [CameraView],
-    /// Whether no triangle of any object has an area.
+    /// Whether no triangle of the whole scene has an area.
     pub nothing_left: bool,
 }

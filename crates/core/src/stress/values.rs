@@ -1,11 +1,12 @@
-//! Whether the values of a material at a point are numbers, and within their range.
+//! Validity of a material's values at a hit: finite and within their range.
 
 use raywright_bvh::{Real, Vector};
 
 use crate::interaction::Interaction;
 use crate::prepare::{PreparedMaterial, PreparedScene};
 
-/// What the values at a point are, by the worst of them, with its key in the scene.
+/// Validity of the values of a material at a hit, with the name of the invalid value in the scene
+/// file. If several values are invalid, the worst case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum MaterialValueClass {
     Fine,
@@ -13,10 +14,10 @@ pub(super) enum MaterialValueClass {
     NotNumbers { key: &'static str },
 }
 
-/// A little above the end of a range: what rounding makes of one.
+/// End of a value's range, slightly above 1 to allow for rounding.
 const ONE: f64 = 1.0 + 1e-5;
 
-/// Judges the material of an interaction there.
+/// Returns the validity of the material's values at a hit.
 pub(super) fn classify_values<R: Real>(
     prepared: &PreparedScene<R>,
     interaction: &Interaction<R>,

@@ -1,9 +1,9 @@
-//! Which way the triangles of a mesh are turned, by their neighbours.
+//! Orientation of a mesh's triangles relative to their neighbours.
 
 use super::count::CountAndFirst;
 
-/// Triangles that disagree with most of those that they hang together with about which side is
-/// out; of as many each way, those without the first one.
+/// Returns the triangles whose orientation differs from most of their connected part. In a tie,
+/// returns those that differ from the part's first triangle. Edges are those of `sorted_edges`.
 pub(super) fn count_flipped_triangles(triangles: usize, edges: &[(u64, u32)]) -> CountAndFirst {
     let mut parents: Vec<u32> = (0..triangles as u32).collect();
     // Whether a triangle disagrees with its parent.
