@@ -11,8 +11,7 @@ use crate::scene::{AspectFit, Camera as CameraData, Projection};
 use pose::focal_length;
 pub(crate) use pose::{direction_from_angles, eye_and_axes};
 
-/// A camera prepared for a picture of a fixed size in pixels: generates camera rays from film
-/// positions.
+/// Generator of camera rays from film positions, for a picture of a fixed size in pixels.
 #[derive(Clone, Debug)]
 pub struct PreparedCamera<R: Real> {
     eye: R::Vec3,

@@ -45,10 +45,10 @@ pub struct Counters {
     pub hits: u64,
 }
 
-/// Kind of loss of samples or rays in a render, to be reported with the picture.
+/// Loss of samples or rays in a render, with its extent. It is reported with the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleLoss {
-    /// Number of samples dropped because their value was not finite.
+    /// Samples dropped because their value was not finite.
     NotFinite {
         /// Number of dropped samples.
         dropped: u64,

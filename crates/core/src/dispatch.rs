@@ -1,4 +1,5 @@
-//! Dispatch: the only module in which choices at run time (precision and integrator) become types.
+//! Entry points: [`prepare()`], and the [`ReadyScene`] that renders. This module alone converts
+//! choices at run time (precision and integrator) to generic parameters.
 
 /// Evaluates an expression for a prepared scene, whichever of the two precisions the scene has.
 macro_rules! each {
@@ -29,7 +30,8 @@ use crate::validate::Problem;
 pub use memory_estimate::estimate_scene_memory;
 use memory_estimate::{estimate_memory, remaining_allocations};
 
-/// A scene prepared for one set of settings, ready to render.
+/// A scene prepared for one set of settings, ready to render. It also reports effects, memory, and
+/// parts of the scene that cannot be rendered correctly.
 pub struct ReadyScene {
     prepared: PreparedInPrecision,
     is_path_traced: bool,
@@ -90,8 +92,8 @@ pub fn prepare(
     })
 }
 
-/// Measures the extent of a scene, with coordinates rounded as in the given precision. Only the
-/// scene's data are read; nothing is built.
+/// Returns the extent of a scene in world units, with coordinates rounded as in the given
+/// precision. Only the scene's data are read; nothing is built.
 pub fn measure_extent(scene: &Scene, precision: PrecisionChoice) -> SceneExtent {
     let lookup = SceneLookup::new(scene);
     match precision {

@@ -1,5 +1,5 @@
-//! Extent of a scene, computed from its data alone. A camera can then be framed without an
-//! acceleration structure.
+//! Extent of a scene: the box of its objects, computed from the scene's data alone. A camera can
+//! then be framed without an acceleration structure.
 
 mod uses;
 
@@ -17,7 +17,8 @@ use crate::scene::{MeshData, Scene, Shape};
 use crate::shape::{convert_shape, convert_shape_in_own_space, transform_relative_to};
 pub(crate) use uses::MeshUseCounts;
 
-/// Extent of a scene: the box of its bounded objects, and the number of unbounded objects.
+/// Extent of a scene in world units: the box of its bounded objects, and the number of its
+/// unbounded objects, such as planes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneExtent {
     /// Box around all bounded objects; empty without objects.

@@ -26,7 +26,7 @@ pub const FRAMED_SHARE: f64 = 0.78;
 /// Default vertical field of view of a framed camera, in degrees.
 pub const FIELD_OF_VIEW: f64 = 40.0;
 
-/// Direction from the target to a camera, as two angles.
+/// Direction of a framed view: azimuth and elevation of the camera, as seen from its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewAngles {
     /// Degrees about +y: 0 is on the +z side, 90 on the +x side.
@@ -103,8 +103,9 @@ impl ViewAngles {
     }
 }
 
-/// Silhouette of a scene for framing: its outermost points and the mean orientation of its
-/// surfaces.
+/// Silhouette of a scene, from which views of the whole scene are computed. Its outermost points
+/// determine the distance of a camera. The mean orientation of the scene's surfaces determines the
+/// default view.
 #[derive(Clone, Debug)]
 pub struct Silhouette {
     /// Points whose convex hull approximates that of the scene.

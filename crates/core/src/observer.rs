@@ -1,8 +1,8 @@
 //! Interface for observing and cancelling preparation and rendering.
 
-/// Observer of preparation and rendering. It can stop them. Rendering threads call its methods a
-/// few hundred times per picture. Preparation calls them between its stages, and occasionally
-/// within long stages.
+/// Observer of preparation and rendering. It receives their progress and can stop them. Rendering
+/// threads call its methods a few hundred times per picture. Preparation calls them between its
+/// stages, and occasionally within long stages.
 #[doc(alias("ProgressReporter", "CancellationToken"))]
 pub trait Observer: Sync {
     /// Reports progress: `done` of `total` samples are finished, summed over all pixels.

@@ -25,8 +25,8 @@ const ROUNDS: u64 = 3;
 /// all further renders follows from the time of this render.
 const LEAST_WIDTH: f64 = 40.0;
 
-/// Cost of one effect: render time, number of rays and picture with the effect, compared with a
-/// render without it.
+/// Cost of one effect. Time, rays and picture of renders with the effect are compared with those of
+/// renders without it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectCost {
     /// Name of the effect in reports, such as `sky light`.
@@ -47,7 +47,8 @@ pub struct EffectCost {
     pub flip: f64,
 }
 
-/// Costs of all effects of a scene that can be switched off.
+/// Costs of all effects of a scene that can be switched off, with the size and the time of the
+/// renders.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectCosts {
     /// Width and height of the renders in pixels.

@@ -13,7 +13,8 @@ use crate::picture::Picture;
 /// different blocks count as statistically independent.
 pub(super) const BLOCK: usize = 8;
 
-/// Estimated value with its confidence interval of about 95 %.
+/// Estimated value of a measured quantity, with its confidence interval of about 95 %. The error of
+/// a single render has its own type, [`ErrorEstimate`](crate::film::ErrorEstimate).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ConfidenceInterval {
     /// Estimated value.

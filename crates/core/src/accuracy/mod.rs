@@ -44,7 +44,7 @@ pub use report::{
 };
 pub use setting::RungSetting;
 
-/// Time budget, picture size, and number of renders per tile of a measurement.
+/// Effort of a measurement: time budget, picture size, and number of renders per tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccuracyEffort {
     /// Time budget of the measurement. Renders stop when the budget is spent.
@@ -56,7 +56,7 @@ pub struct AccuracyEffort {
     pub rounds: u32,
 }
 
-/// Receives the progress of a measurement.
+/// Listener to the progress of a measurement. It cannot stop the measurement; an [`Observer`] can.
 pub trait ProgressListener {
     /// Reports the next step: its description, and the spent share of the time budget, 0 to 1.
     fn report_step(&mut self, label: &str, share: f64);
@@ -67,7 +67,8 @@ impl ProgressListener for () {
     fn report_step(&mut self, _: &str, _: f64) {}
 }
 
-/// Reference picture of a measurement, kept for the next measurement of the same scene.
+/// Reference picture of a measurement, as a film. The next measurement of the same scene adds tiles
+/// to it.
 #[derive(Clone, Debug)]
 pub struct ReusableReference {
     /// Rungs (quality levels) in which the reference differs from the scene's own settings.
@@ -76,7 +77,8 @@ pub struct ReusableReference {
     pub film: Film,
 }
 
-/// Text that identifies the measured scene, and the reference of an earlier measurement.
+/// Start of a measurement: a text that identifies the scene, and possibly the reference picture of
+/// an earlier measurement of this scene.
 #[derive(Clone, Debug, Default)]
 pub struct MeasurementStart<'a> {
     /// Text that identifies the scene. A reused reference must carry the same text.

@@ -13,7 +13,8 @@ use crate::picture::Picture;
 /// Number of repetitions of the timed encoding.
 const ROUNDS: usize = 5;
 
-/// Error, size and time of an output format.
+/// Error that an output format (such as 8-bit codes) adds to a picture, with size and time of the
+/// conversion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OutputFormatReport {
     /// Name of the format, as a rung (quality level) of the output ladder.

@@ -55,7 +55,8 @@ pub struct AccuracyReport {
     pub pictures: Vec<ReportPicture>,
 }
 
-/// Number, size and place of the measured tiles.
+/// Measured tiles of the picture: their size and number, and the place of the tile that the report
+/// shows. All tiles are measured if the time suffices, else a random selection.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TileReport {
     /// Edge of a tile in pixels.
@@ -68,7 +69,8 @@ pub struct TileReport {
     pub shown: [u32; 2],
 }
 
-/// Recommended settings. Where no setting is confirmed, the time budget that would confirm one.
+/// Recommended settings: one with half the error, and one with the same error in less time. If no
+/// measured setting qualifies, the time budget that would probably confirm one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Recommendations {
     /// Fastest setting with about half of the root error or less. `None` if no measured setting
@@ -85,7 +87,8 @@ pub struct Recommendations {
     pub same_needs: Option<f64>,
 }
 
-/// Recommended setting with its time and error.
+/// Recommended setting: its command-line flags, and its time and error relative to the scene's own
+/// setting.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Recommendation {
     /// Command-line flags of the setting.
@@ -99,7 +102,8 @@ pub struct Recommendation {
     pub measured: MeasuredSetting,
 }
 
-/// The scene with fewer samples per pixel, to which all changes except sample counts are applied.
+/// Measurement of the baseline: the scene with fewer samples per pixel. All changes except sample
+/// counts are applied to the baseline, which renders faster than the scene's own setting.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BaselineReport {
     /// Samples per pixel.
@@ -108,7 +112,7 @@ pub struct BaselineReport {
     pub measured: MeasuredSetting,
 }
 
-/// Named picture for the HTML page.
+/// Picture with its name, to be compared by eye on the HTML page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportPicture {
     /// Name: `reference`, `as it is` for the scene's own setting, or the changed quality level,
@@ -137,7 +141,8 @@ pub struct ReferenceReport {
     pub kept: bool,
 }
 
-/// Time and error of a setting.
+/// Measured time and errors of a setting. A setting is a set of rungs (quality levels), see
+/// [`RungSetting`](super::RungSetting).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeasuredSetting {
     /// Number of tiles on which the setting was measured.
@@ -160,7 +165,8 @@ pub struct MeasuredSetting {
     pub flip: ConfidenceInterval,
 }
 
-/// Measurements of a ladder (quality setting) that changes the picture.
+/// Measurements of a ladder (quality setting) that changes the picture, rung by rung (level by
+/// level).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LadderReport {
     /// Name of the ladder.
@@ -197,8 +203,8 @@ impl LadderReport {
     }
 }
 
-/// Time and error of one rung (a quality level of a ladder). All other ladders keep the scene's
-/// values.
+/// Time and error of one rung of a [`LadderReport`]. A rung is a quality level. All other ladders
+/// keep the scene's values.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungReport {
     /// Name of the rung (quality level).
@@ -229,7 +235,8 @@ pub struct LadderCostReport {
     pub rungs: Vec<RungCostReport>,
 }
 
-/// Cost of one rung, a quality level that does not change the picture.
+/// Row of a [`LadderCostReport`]: name, description and cost of one rung, a quality level that does
+/// not change the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungCostReport {
     /// Name of the rung (quality level).
@@ -243,8 +250,8 @@ pub struct RungCostReport {
     pub rung_cost: Option<RungCost>,
 }
 
-/// Time and memory of a scene with one changed rung (quality level) that does not change the
-/// picture.
+/// Measured time and memory of a scene with one changed rung, a quality level that does not change
+/// the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungCost {
     /// Preparation time of the scene in seconds summed over all threads. It includes building the
@@ -262,8 +269,8 @@ pub struct RungCost {
     pub same_bits: bool,
 }
 
-/// Measured setting with its command-line flags. It stands on the Pareto front or in the list of
-/// combinations.
+/// A [`MeasuredSetting`] with the command-line flags that select it. The report lists such settings
+/// on the Pareto front, and as combinations of several changed rungs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrontierSetting {
     /// Command-line flags of the setting; empty for the scene's own.

@@ -1,20 +1,21 @@
 //! Clock of the benchmarks. On Unix it measures CPU time, which depends less on other programs than
 //! wall-clock time. Elsewhere it measures wall-clock time.
 
-/// Name of the time that [`thread_seconds`] measures, as reports show it.
+/// Name of the clock that [`thread_seconds`] reads, as reports show it.
 pub const CLOCK: &str = if cfg!(unix) {
     "thread CPU time"
 } else {
     "wall-clock time"
 };
 
-/// Returns the CPU time of the calling thread in seconds; only differences on one thread are
-/// meaningful.
+/// Returns the CPU time of the calling thread in seconds. Only differences on one thread are
+/// meaningful. Except on Unix, it is wall-clock time.
 pub fn thread_seconds() -> f64 {
     cpu_seconds(TimerScope::Thread)
 }
 
-/// Returns the CPU time of all threads of the process in seconds; only differences are meaningful.
+/// Returns the CPU time of all threads of the process in seconds. Only differences are meaningful.
+/// Except on Unix, it is wall-clock time.
 pub fn process_seconds() -> f64 {
     cpu_seconds(TimerScope::Process)
 }

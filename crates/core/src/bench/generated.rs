@@ -13,8 +13,8 @@ use serde::Serialize;
 
 use crate::hash::splitmix64;
 
-/// Total volume of the spheres of a generated scene, where the unit cube has volume 1. Overlaps
-/// count twice, and parts outside the cube are included.
+/// Total volume of the spheres of a generated scene, as a fraction of the volume of the unit cube.
+/// Overlaps count twice, and parts outside the cube are included.
 pub const FILL: f64 = 0.01;
 
 /// Kind of the primitives of a generated scene.

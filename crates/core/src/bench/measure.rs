@@ -67,7 +67,7 @@ pub(super) struct ScanTreePair<'a> {
     pub tree: BenchedGeometry<'a>,
 }
 
-/// Cost of closest-hit queries by one accelerator.
+/// Costs of one accelerator: time and tests per closest-hit query, build time and memory.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct QueryCost {
     /// Nanoseconds per closest-hit query.
@@ -85,7 +85,7 @@ pub struct QueryCost {
     pub bytes: usize,
 }
 
-/// Cost of closest-hit queries by linear scan and by BVH on one scene with the same rays.
+/// Costs of linear scan and BVH on one scene, for closest-hit queries with the same rays.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ScanTreeTiming {
     /// Number of primitives in the scene.
@@ -102,7 +102,7 @@ pub struct ScanTreeTiming {
     pub ratio: Option<SampleQuantiles>,
 }
 
-/// Linear scan and BVH find different hits for a ray. A comparison of their times is then
+/// Error: linear scan and BVH find different hits for a ray. A comparison of their times is then
 /// meaningless.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(

@@ -129,8 +129,7 @@ impl PowerLaw {
     }
 }
 
-/// Size from which on the first of two accelerators stays faster than the second, as a number of
-/// primitives.
+/// Number of primitives from which on the first of two accelerators stays faster than the second.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Crossover {

@@ -18,7 +18,7 @@ pub fn can_denoise(sampling: Sampling) -> bool {
     !sampling.is_fixed() && sampling.samples_per_pixel() >= FEWEST_SAMPLES
 }
 
-/// Layers that a film needs for denoising.
+/// Layers that a render must store in its film, so that the film can be denoised.
 pub const LAYERS: [Aov; 4] = [Aov::Albedo, Aov::Normal, Aov::Emission, Aov::Depth];
 
 /// Bytes per pixel that denoising needs besides the film, its result included. Each thread needs

@@ -12,7 +12,8 @@ use crate::scene::TransferCurve;
 /// 128th of an octave.
 const BUCKET_SHIFT: u32 = 16;
 
-/// Table that converts display-linear values to the 8-bit codes of a transfer curve.
+/// Table that converts display-linear values to 8-bit codes by one transfer curve.
+/// [`DisplayMap`](super::DisplayMap) contains it.
 #[derive(Clone, Debug)]
 pub struct CodeTable {
     /// Thresholds: entry k is the least value whose code is greater than k. The last entry is

@@ -1,5 +1,5 @@
-//! Fraction of a picture's pixels that the display clips, and an exposure that reduces this
-//! fraction.
+//! Fraction of a picture's pixels that the display clips, see [`Clipping`], and the search for an
+//! exposure that clips fewer. Both are methods of [`Display`].
 
 use super::Display;
 use crate::picture::Picture;

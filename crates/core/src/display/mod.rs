@@ -27,7 +27,8 @@ use tone::ToneOperator;
 /// Display values of a pixel with a NaN channel: pure magenta.
 pub const NAN_MARKER: [f32; 3] = [1.0, 0.0, 1.0];
 
-/// Settings of the conversion of linear radiance to display values.
+/// Settings of the conversion of linear radiance to display values: exposure, tone map, transfer
+/// curve, output format and background.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Display {
     /// Tone map from radiance to display-linear values in 0..1.
@@ -191,7 +192,8 @@ fn to_big_endian(codes: [u16; 3]) -> [u8; 6] {
     [r0, r1, g0, g1, b0, b1]
 }
 
-/// [`Display`] settings with the tables with which single pixels are converted.
+/// Converter of single pixels from radiance to display values and codes, by the settings of a
+/// [`Display`]. It holds the tables of these settings.
 #[derive(Clone, Debug)]
 pub struct DisplayMap {
     tone: ToneOperator,

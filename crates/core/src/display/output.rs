@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Output format of a picture.
+/// Format of stored channel values: codes of 8 or 16 bits, or linear floating-point numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OutputFormat {

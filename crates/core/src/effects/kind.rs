@@ -18,7 +18,8 @@ pub(super) enum EffectRole {
 
 macro_rules! kinds {
     ($($(#[$doc:meta])* $variant:ident = $name:literal, $role:ident, $source:expr, $readings:expr;)*) => {
-        /// Effect: a feature that a scene may need and a render may simulate.
+        /// Effect: a feature that a scene may need and a render may simulate, such as soft shadows
+        /// or refraction.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[repr(u8)]
         pub enum Effect {

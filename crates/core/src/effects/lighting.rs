@@ -7,7 +7,8 @@ use crate::extent::scene_extent;
 use crate::lookup::SceneLookup;
 use crate::scene::{Colour, Falloff, Light, LightKind, Scene, Sky};
 
-/// Returns the sky for a scene without light: neutral, 1 at the zenith and 0.4 at the nadir.
+/// Returns the sky for a scene without light: grey, with radiance 1 at the zenith and 0.4 at the
+/// nadir.
 pub fn neutral_sky() -> Sky {
     Sky::Gradient {
         bottom: Colour([0.4; 3]),
@@ -36,7 +37,8 @@ pub fn emits_light(scene: &Scene) -> bool {
 const DIM: f64 = 0.02;
 
 /// Whether a scene's lights illuminate its objects noticeably. Their total irradiance at the
-/// objects, computed from power, range and distance, must be at least 0.02.
+/// objects, computed from power, range and distance, must be at least 0.02. Below, even a white
+/// surface is darker than a tenth of the display's range.
 pub fn lights_reach_surfaces(scene: &Scene) -> bool {
     let bounds = scene_extent::<f32>(scene, &SceneLookup::new(scene)).bounds;
     let (centre, radius) = match bounds.is_empty() {

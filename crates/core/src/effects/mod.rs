@@ -27,7 +27,7 @@ pub(crate) use setup::{RenderSetup, chosen_integrator};
 
 use serde::Serialize;
 
-/// Status of an effect in a render.
+/// Status of an effect in a render: simulated, absent or left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EffectStatus {
@@ -39,7 +39,7 @@ pub enum EffectStatus {
     LeftOut,
 }
 
-/// Status of an effect in a render, with the reason.
+/// Status of one effect in a render, with the reason, and with a hint if the effect is left out.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct EffectAssessment {
     /// The effect.
@@ -57,14 +57,14 @@ pub struct EffectAssessment {
     pub hint: Option<String>,
 }
 
-/// Status of every effect in a render, and the integrator that was chosen.
+/// Status of every effect in a render, and the chosen integrator, each with the reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct EffectReport {
     /// Name of the integrator.
     pub integrator: &'static str,
     /// Reason for the choice of the integrator.
     pub because: String,
-    /// One finding for each of [`Effect::ALL`], in that order.
+    /// One assessment for each of [`Effect::ALL`], in that order.
     pub effects: Vec<EffectAssessment>,
 }
 

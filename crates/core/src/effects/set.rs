@@ -76,8 +76,8 @@ const fn effects_of_role(role: EffectRole) -> EffectSet {
     set
 }
 
-/// Effects that are layers over, under or in the metallic-roughness model. Surfaces with one of
-/// these layers are prepared as layered materials.
+/// Effects of material layers, such as clearcoat and sheen: they extend the metallic-roughness
+/// model. Surfaces with one of these effects are prepared as layered materials.
 pub const LAYERS: EffectSet = effects_of_role(EffectRole::Layer);
 
 /// Effects that can be switched off. All other effects are essential parts of the scene.

@@ -11,7 +11,7 @@ use super::run;
 use super::scope::Variable;
 use super::semantics;
 
-/// Value of an expression that depends on no variable.
+/// Constant value of an expression that reads no variable: a number or a vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Constant {
     /// A number.

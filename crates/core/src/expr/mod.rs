@@ -57,8 +57,8 @@ pub const MAX_SOURCE: usize = 16 * 1024;
 /// Greatest nesting depth of parentheses, calls, conditions, prefixes and powers.
 pub const MAX_DEPTH: usize = 64;
 
-/// Evaluates an expression in `f64`. `names` are the constants that it may read: the time `t` and
-/// the parameters.
+/// Returns the value of an expression of constants, computed in `f64`. `names` holds the values of
+/// these constants: the time `t` and the parameters.
 ///
 /// # Errors
 /// An invalid expression, and a value that is a vector or not finite.
@@ -78,12 +78,13 @@ pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, Expr
     }
 }
 
-/// Compiles an expression. It may read `names` as constants (the time `t` and the parameters) and
-/// the variables of `scope`.
+/// Compiles an expression that is evaluated at each hit. `names` holds the values of the constants
+/// that it may read: the time `t` and the parameters. `scope` determines the variables that it may
+/// read.
 ///
 /// # Errors
-/// Invalid text, names that are undefined in the scope, values of the wrong type, and a
-/// program that is too large.
+/// Invalid text, names that are undefined in the scope, values of the wrong type, and a program
+/// that is too large.
 pub fn compile(
     source: &str,
     names: &BTreeMap<String, f64>,

@@ -48,8 +48,8 @@ pub(crate) enum ErrorProgress {
     Exhausted,
 }
 
-/// Record of a doubtful error estimate. The estimated error had reached the requested error, but
-/// the render continued because of the doubt.
+/// Doubtful error estimate, which did not stop adaptive sampling. The estimated error had reached
+/// the requested error, but the render continued because of the doubt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RejectedStop {
     /// Least and greatest number of samples per pixel when the doubtful estimate was made.

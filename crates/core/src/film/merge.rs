@@ -2,7 +2,7 @@
 
 use super::{Film, Rect};
 
-/// Reason why films cannot be merged or continued.
+/// Reason why films cannot be merged, or why a film cannot be continued.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PartError {
     /// No film was given.

@@ -57,7 +57,8 @@ use crate::light::LightUsage;
 use crate::picture::{Picture, PictureLayer};
 use crate::settings::{Aov, Settings};
 
-/// A picture in progress: sums of the tiles and replicates rendered so far.
+/// A picture in progress: sums of the samples rendered so far, for each tile and replicate. A
+/// replicate is an independent part of a pixel's samples.
 #[derive(Clone, Debug)]
 #[doc(alias = "RGBFilm")]
 pub struct Film {
@@ -89,8 +90,8 @@ pub struct Film {
     usage: LightUsage,
 }
 
-/// A part of a picture: a selection of tiles in a range of replicates, for example one machine's
-/// share of a render.
+/// A part of the work on a picture: a selection of tiles in a range of replicates, for example one
+/// machine's share of a render.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilmPart {
     /// Range of tiles, numbered row by row.

@@ -8,8 +8,8 @@ use super::sums::has_partial_block;
 use super::{Film, FilmPlan, Rect, ReplicateBuffer};
 use crate::counters::Counters;
 
-/// Header of a stored film: identity, plan and progress. The film's sums and layers follow in the
-/// file.
+/// Header of a stored film: identity of the picture, plan of tiles and samples, and progress. The
+/// film's sums and layers follow in the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FilmHeader {
@@ -24,12 +24,14 @@ pub struct FilmHeader {
     is_replayed: bool,
 }
 
-/// Reason why the header of a film is invalid.
+/// Error: the header of a film is invalid. The message names the invalid part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the {0} in the header of the film is invalid")]
 pub struct HeaderError(&'static str);
 
-/// Reader or writer of a film's numbers. A reader fills the slices, a writer leaves them unchanged.
+/// Stream that reads or writes a film's numbers. Each method gets a slice of numbers. A reader
+/// overwrites the slice with numbers from the stream. A writer copies the slice to the stream and
+/// leaves the slice unchanged.
 pub trait FilmDataStream {
     /// Error of the reader or writer.
     type Error;

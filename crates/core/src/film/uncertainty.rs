@@ -87,7 +87,8 @@ const MIN_REPLICATES: u32 = 4;
 /// Number of pixel rows in a parallel work item.
 const BAND_ROWS: usize = 32;
 
-/// An estimate with the interval that contains the estimated value in 95 of 100 renders.
+/// Estimate of a picture's error, with a confidence interval. In 95 of 100 renders, the interval
+/// contains the true error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorEstimate {
     /// Most likely value.
@@ -101,8 +102,8 @@ pub struct ErrorEstimate {
     pub carriers: f64,
 }
 
-/// Estimated error of a picture from its own samples. Light that no sample found cannot be
-/// included.
+/// Error of a picture, estimated from its own samples without a reference picture. Light that no
+/// sample found cannot be included.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[doc(alias("variance", "standard error"))]
 pub struct Uncertainty {
@@ -129,7 +130,7 @@ impl Uncertainty {
     }
 }
 
-/// Reason to doubt the interval of an error estimate.
+/// Reason not to rely on the confidence interval of an [`ErrorEstimate`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Doubt {

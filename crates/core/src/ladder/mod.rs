@@ -20,7 +20,8 @@ pub use choice::{RungChoice, UnknownRungError};
 pub use rungs::Ladder;
 pub use value::RungValue;
 
-/// Rung: one of the values of a ladder, a choice that trades accuracy for time.
+/// Rung: a value of a ladder, with its name and description. A ladder is a choice that trades
+/// accuracy for time, see [`Ladder`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rung {
     /// Name in reports and on the command line.
@@ -138,7 +139,8 @@ pub fn build_quality_rung(quality: BuildQuality) -> &'static str {
         .map_or("", |rung| rung.name)
 }
 
-/// A ladder (a choice that trades accuracy for time) and the rung (value) in use, for reports.
+/// A ladder (a choice that trades accuracy for time) with the rung (value) that a scene and its
+/// settings use. For reports.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CurrentRung {
     /// Name of the ladder.
@@ -153,7 +155,8 @@ pub struct CurrentRung {
     pub rungs: &'static [Rung],
 }
 
-/// Returns the effects that a scene needs, whether they are simulated or left out.
+/// Returns the effects that a scene needs according to a report, whether they are simulated or left
+/// out.
 pub fn needed_effects(effects: &EffectReport) -> EffectSet {
     effects
         .effects
@@ -163,8 +166,8 @@ pub fn needed_effects(effects: &EffectReport) -> EffectSet {
         .collect()
 }
 
-/// Iterates over the ladders that matter to a scene. They depend on its integrator, sampling and
-/// effects.
+/// Iterates over the ladders that have an influence on a scene. They depend on its integrator,
+/// sampling and effects.
 pub fn applicable_ladders(
     scene: &Scene,
     settings: &Settings,
@@ -199,7 +202,7 @@ pub fn applicable_ladders(
     })
 }
 
-/// Returns the ladders that matter to a scene, each with its rung in use.
+/// Returns the ladders that have an influence on a scene, each with its rung in use.
 pub fn current_rungs(
     scene: &Scene,
     settings: &Settings,

@@ -17,7 +17,8 @@ use crate::settings::{
 macro_rules! ladders {
     ($($(#[$doc:meta])* $kind:ident = $name:literal, $default:literal, $value:ident;
         $($rung:literal { $sets:expr } $about:literal)*)*) => {
-        /// Ladder: a choice that trades accuracy for time.
+        /// Ladder: a choice that trades accuracy for time, such as the number of samples. Its
+        /// values are [`Rung`]s.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Ladder {
             $($(#[$doc])* $kind,)*

@@ -22,7 +22,8 @@ pub(super) const OFFSET: ConstantOffset = ConstantOffset {
     shadow_min: 0.0,
 };
 
-/// Value that a rung sets in scene and settings; each variant belongs to one ladder.
+/// Value that a rung sets in scene and settings, such as a number of samples. Each variant belongs
+/// to one ladder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the ladders say what they are")]
 pub enum RungValue {
