@@ -1,4 +1,4 @@
-//! `stress`: faults of a scene, with place, reason and remedy.
+//! The command `stress`: faults of a scene, with place, reason and remedy.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -128,8 +128,8 @@ fn findings_are_told_in_words() {
         .exits_with(1);
 }
 
-/// Protects: what a finding counts is said after its number, numbers count from 0 throughout, and
-/// what a check had nothing to look at for is left out.
+/// Protects: each count is followed by words for what it counts, indices count from 0, and checks
+/// without anything to examine are left out.
 #[test]
 fn numbers_say_what_they_count() {
     let sandbox = Sandbox::new();
@@ -148,8 +148,8 @@ fn numbers_say_what_they_count() {
     assert!(!text.contains("(0 rays)"), "{text}");
 }
 
-/// Protects: models of which reading leaves something out are told so beside what rays find, one
-/// without an object that is left shows nothing, and lost texture coordinates are a finding.
+/// Protects: parts that the reader left out are findings, beside those from rays. A model without
+/// any object left shows nothing. Lost texture coordinates are a finding.
 #[test]
 fn what_reading_left_out_is_told() {
     let Some(folder) = shared("assets/malformed") else {
@@ -193,8 +193,7 @@ fn what_reading_left_out_is_told() {
     }
 }
 
-/// Protects: marks that lie over each other are named, in a picture that is smaller than they are
-/// too.
+/// Protects: the text names findings with overlapping marks, even in a picture smaller than a mark.
 #[test]
 fn marks_in_one_place_are_named() {
     let sandbox = Sandbox::new();
@@ -208,7 +207,7 @@ fn marks_in_one_place_are_named() {
     assert!(text.contains("lie over each other"), "{text}");
 }
 
-/// Protects: findings that have no mark in the picture are said to have none, in the text.
+/// Protects: the text names the findings without a mark.
 #[test]
 fn findings_without_a_mark_are_named() {
     let sandbox = Sandbox::new();
@@ -227,9 +226,8 @@ fn findings_without_a_mark_are_named() {
     assert!(text.contains("seen by no camera"), "{text}");
 }
 
-/// Protects: JSON has every finding with its name, place and pixel, equal for equal seeds; a
-/// picture has the places marked, and is refused unless it is a PNG that does not replace the
-/// scene.
+/// Protects: the JSON has each finding with name, place and pixel, and is the same for the same
+/// seed. The marked picture must be a PNG, and must not replace the scene file.
 #[test]
 fn findings_are_told_to_programs_and_marked() {
     let sandbox = Sandbox::new();
@@ -363,7 +361,7 @@ fn files_with_texels_that_are_no_light() {
     );
 }
 
-/// Findings that make the picture of a scene wrong.
+/// Returns the findings that make the picture of a scene wrong.
 #[track_caller]
 fn wrong(sandbox: &Sandbox, scene: &str) -> Vec<Value> {
     let run = sandbox.run(&["stress", scene, "--budget", "10min", "--json", "-q"]);
@@ -385,9 +383,8 @@ fn wrong(sandbox: &Sandbox, scene: &str) -> Vec<Value> {
     wrong
 }
 
-/// Protects: no preset has a finding that makes its picture wrong. Its small pictures, which take
-/// most of the time, are smaller here and have few samples; rays and furnaces are those of the
-/// command.
+/// Protects: no preset has a finding that makes its picture wrong. To save time, the small pictures
+/// have fewer pixels and samples than those of the command; rays and furnace tests are the same.
 #[test]
 fn no_preset_is_wrong() {
     for preset in presets::names() {
@@ -465,7 +462,7 @@ fn no_clean_model_is_wrong() {
     }
 }
 
-/// Protects: the page names every kind of finding.
+/// Protects: the documentation page names each kind of finding.
 #[test]
 fn every_finding_is_explained() {
     let page =

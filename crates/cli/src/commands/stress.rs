@@ -1,4 +1,5 @@
-//! `stress`: what of a scene makes its picture wrong or noisy, with place, reason and remedy.
+//! The command `stress`: finds faults of a scene that make its picture wrong, slow or noisy, with
+//! place, reason and remedy.
 
 mod reading;
 mod text;
@@ -32,10 +33,10 @@ use text::StressText;
 /// Version of the layout of [`StressReport`].
 const FORMAT: u32 = 1;
 
-/// Samples of a pixel of the picture in which places are marked.
+/// Greatest number of samples per pixel of the marked picture.
 const MARKED_PICTURE_SAMPLES: u32 = 16;
 
-/// What is found, for other programs.
+/// The report as JSON.
 #[derive(Serialize)]
 struct StressReport<'a> {
     format: u32,
@@ -53,18 +54,19 @@ struct StressReport<'a> {
     seconds: f64,
 }
 
-/// A finding in words.
+/// A finding in the JSON report.
 #[derive(Serialize)]
 struct FindingEntry {
     code: &'static str,
     severity: Severity,
-    /// What it is about.
+    /// Name of the subject: its list, its index and its own name.
     about: String,
-    /// Path in the scene, and where that is in its file.
+    /// Path of the subject in the scene, and its position in the scene file (key `in`).
     path: String,
     #[serde(rename = "in")]
     at: String,
-    /// Paths of others of which the same is found, the first hundred, and how many there are.
+    /// Paths of the first hundred other subjects with the same fault, and the number of all of
+    /// them.
     others: Vec<String>,
     more: usize,
     primitive: Option<u32>,
@@ -74,13 +76,13 @@ struct FindingEntry {
     count: u64,
     of: u64,
     unit: &'static str,
-    /// What is so of those that are counted.
+    /// Words that follow the count and say what holds for the counted items.
     predicate: &'static str,
     why: String,
     remedy: String,
 }
 
-/// Paths of others that an entry has at most.
+/// Greatest number of paths of other subjects in an entry.
 const MOST_PATHS: usize = 100;
 
 #[derive(Serialize)]
@@ -91,7 +93,7 @@ struct CheckEntry {
     planned: u64,
 }
 
-/// Checks a scene and prints what was found; fails where that is as bad as what is denied.
+/// Checks a scene and prints the findings. Fails if a finding is as severe as `--deny` or worse.
 pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let start = Instant::now();
     let mut outputs = OutputFiles::default();
@@ -152,7 +154,7 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     fail_on_denied(&report, args.deny.into(), &loaded.source.name)
 }
 
-/// How a run ends with these findings where some are denied.
+/// Returns an error if a finding has the denied severity or a worse one.
 fn fail_on_denied(report: &StressSummary, denied: Severity, name: &str) -> Result<(), Failure> {
     let all = report.findings.len();
     let count = report
@@ -189,8 +191,8 @@ fn resolve_settings(args: &StressArgs, loaded: &mut LoadedScene) -> Result<Setti
     Ok(settings)
 }
 
-/// Renders the first camera's picture with few samples and marks the places that are in it by their
-/// numbers in the text.
+/// Renders the first camera's picture with few samples, and marks the positions of findings with
+/// their numbers in the text.
 fn write_marked_picture(
     path: &Path,
     (args, stop): (&StressArgs, &AtomicBool),
@@ -310,7 +312,7 @@ fn format_json(
     })
 }
 
-/// Numbers of the findings whose marks lie over each other, by their places.
+/// Returns groups of findings, by their numbers, whose marks overlap in the picture.
 fn group_overlaid_marks(report: &StressSummary) -> Vec<Vec<String>> {
     let radius = output::mark_radius(report.size);
     let mut places: Vec<([f64; 2], Vec<String>)> = Vec::new();
@@ -328,7 +330,7 @@ fn group_overlaid_marks(report: &StressSummary) -> Vec<Vec<String>> {
     labels.filter(|labels| labels.len() > 1).collect()
 }
 
-/// Numbers of the findings that have no mark in the picture.
+/// Returns the numbers of the findings without a mark in the picture.
 fn list_unmarked(report: &StressSummary) -> Vec<String> {
     let findings = report.findings.iter().enumerate();
     findings

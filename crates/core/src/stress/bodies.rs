@@ -92,8 +92,8 @@ impl BodyChecks<'_> {
         findings
     }
 
-    /// Finds glass bodies that rays enter or leave only once. Meshes with open edges are left to
-    /// the check of edges.
+    /// Finds glass bodies that rays enter without leaving, or leave without entering. Meshes with
+    /// open or inconsistent edges are left to the checks of meshes.
     fn check_open_bodies(&self) -> Vec<StressFinding> {
         let finding = |(&object, sighting): (&usize, &SightingCount)| {
             let object_facts = &self.scene_facts.objects[object];

@@ -1,5 +1,5 @@
-//! Scenes with one fault each: it is found, by its name and as bad as it is, and nothing else is
-//! said to make the picture wrong.
+//! Scenes with a single fault each. The fault is found, with the right name and severity, and
+//! nothing else is reported to make the picture wrong.
 
 mod causes;
 mod data;
@@ -19,8 +19,8 @@ use serde_json::{Value, json};
 
 use Severity::{Harmless, PictureWrong, SlowOrNoisy};
 
-/// The scene of some parts in place of those of one without a fault: a ball and a block under a
-/// grey sky.
+/// Returns a faultless scene (a ball and a block under a grey sky) in which `parts` replaces the
+/// entries of the same keys.
 #[track_caller]
 fn scene(parts: &Value) -> Scene {
     let mut all = json!({
@@ -75,8 +75,8 @@ fn listed(findings: &[StressFinding]) -> Vec<(&'static str, Severity, u64)> {
         .collect()
 }
 
-/// The fault is found, and as bad as it is; of what makes the picture wrong nothing else is, but
-/// for what follows from it.
+/// Asserts that the fault is found with the right severity. Apart from it, only the codes in
+/// `follows` may make the picture wrong.
 #[track_caller]
 fn expect_finding(
     scene: &Scene,
@@ -104,7 +104,7 @@ fn expect_finding(
     finding
 }
 
-/// The fault is found, and nothing else is said.
+/// Asserts that the fault is the only finding.
 #[track_caller]
 fn alone(scene: &Scene, code: FindingCode, severity: Severity) -> StressFinding {
     let finding = expect_finding(scene, code, severity, &[]);
@@ -113,8 +113,8 @@ fn alone(scene: &Scene, code: FindingCode, severity: Severity) -> StressFinding 
     finding
 }
 
-/// Protects: nothing is said of a scene without a fault, everything that was to be looked at is,
-/// and the same seed finds the same.
+/// Protects: a faultless scene has no findings, all planned checks are complete, and the same seed
+/// gives the same result.
 #[test]
 fn a_scene_without_fault_has_no_findings() {
     let clean = scene(&json!({}));
@@ -128,7 +128,7 @@ fn a_scene_without_fault_has_no_findings() {
     assert_eq!(summarise_findings(&clean), first);
 }
 
-/// Protects: a scene of which reading has left no object shows nothing.
+/// Protects: a scene without objects is reported as showing nothing.
 #[test]
 fn a_scene_without_objects() {
     alone(
@@ -138,7 +138,7 @@ fn a_scene_without_objects() {
     );
 }
 
-/// Protects: each kind of finding has a name of its own, in small letters.
+/// Protects: each kind of finding has a unique name in lower case.
 #[test]
 fn names_are_names() {
     let mut names: Vec<&str> = FindingCode::ALL.iter().map(|code| code.name()).collect();
@@ -152,7 +152,7 @@ fn names_are_names() {
     assert_eq!(names.len(), FindingCode::ALL.len());
 }
 
-/// Protects: ten faults of one scene are all found, the worst first.
+/// Protects: ten faults of one scene are all found, worst first.
 #[test]
 fn ten_faults_of_one_scene() {
     let mut many = scene(&json!({

@@ -1,4 +1,4 @@
-//! What reading a file has left out or replaced, as findings.
+//! Findings about parts of a file that the reader left out or replaced.
 
 use raywright_core::scene::Image;
 use raywright_core::stress::{
@@ -6,7 +6,8 @@ use raywright_core::stress::{
 };
 use raywright_io::{LoadedScene, Warning, WarningCode};
 
-/// Adds what the reader had to leave out of the scene, so that no check sees it there.
+/// Adds findings about parts that the reader left out. They are missing in the scene, so that no
+/// check can find them.
 pub(super) fn add_findings(report: &mut StressSummary, loaded: &LoadedScene) {
     let warnings = &loaded.warnings;
     // The file is named in front of all findings.
@@ -48,14 +49,16 @@ pub(super) fn add_findings(report: &mut StressSummary, loaded: &LoadedScene) {
         .sort_by_key(|found| (found.severity, found.code));
 }
 
-/// Whether there are images, all of one colour, which are the same by any texture coordinates.
+/// Returns whether the scene has images and each has a single colour. They look the same with any
+/// texture coordinates.
 fn all_images_are_uniform(loaded: &LoadedScene) -> bool {
     let images = &loaded.scene.images;
     let is_uniform = |image: &Image| image.data.as_deref().is_some_and(is_uniform_image);
     !images.is_empty() && images.iter().all(is_uniform)
 }
 
-/// Adds triangles that were left out, to the finding that nothing is left where they are its cause.
+/// Adds findings about triangles that the reader left out. If the scene has no other object, they
+/// become the reason of the finding about the empty scene.
 fn add_dropped_triangles(
     report: &mut StressSummary,
     warnings: &[Warning],
@@ -87,7 +90,7 @@ fn add_dropped_triangles(
     report.findings.extend(findings);
 }
 
-/// Adds numbers out of range, which reading has replaced.
+/// Adds a finding about numbers out of range, which the reader replaced.
 fn add_replaced_numbers(
     report: &mut StressSummary,
     warnings: &[Warning],

@@ -1,4 +1,4 @@
-//! What `stress` found as text for people.
+//! Text output of `stress`.
 
 use std::path::Path;
 
@@ -11,20 +11,21 @@ use super::{group_overlaid_marks, list_unmarked};
 use crate::console::{self, Verbosity, mask_to_one_line};
 use crate::table::{wrap_paragraph, wrap_text};
 
-/// Names of others that a text has at most.
+/// Greatest number of other subjects that are named in a finding.
 const MOST_NAMES: usize = 3;
 
-/// A report in words.
+/// Formatter of the text report.
 pub(super) struct StressText<'a> {
     pub loaded: &'a LoadedScene,
     pub report: &'a StressSummary,
-    /// The picture in which places are marked.
+    /// Path of the picture with marks, if it was written.
     pub picture: Option<&'a Path>,
     pub verbosity: Verbosity,
 }
 
 impl StressText<'_> {
-    /// The worst first, each with its number.
+    /// Returns the whole report: the findings with their numbers, worst first, and the work of the
+    /// checks.
     pub fn format_report(&self, seconds: f64) -> String {
         let (name, report) = (mask_to_one_line(&self.loaded.source.name), self.report);
         let mut text = format!(
@@ -57,7 +58,7 @@ impl StressText<'_> {
         text + &format!("\n{}\n", wrap_paragraph(&describe_checks(report, seconds)))
     }
 
-    /// How many findings there are, and warnings of reading beside them.
+    /// Returns the number of findings, the worst severity and the number of reading warnings.
     fn summarise(&self) -> String {
         let findings = match self.report.worst_severity() {
             None => "nothing found by rays and in the data".to_owned(),
@@ -81,7 +82,7 @@ impl StressText<'_> {
         format!("{findings}; {warnings} of reading the file{place}")
     }
 
-    /// What a finding is about, with others of which it is found too.
+    /// Returns the subject of a finding and up to three others with the same fault.
     fn format_subjects(&self, found: &StressFinding) -> String {
         let scene = &self.loaded.scene;
         let mut words = found.subject.display_name(scene);
@@ -94,7 +95,7 @@ impl StressText<'_> {
         }
     }
 
-    /// A finding: what and where, then why and what to do.
+    /// Returns the text of a finding: subject and code, place, reason, count and remedy.
     fn format_finding(&self, number: usize, found: &StressFinding) -> String {
         const INDENT: usize = 6;
         let room = console::line_width().unwrap_or(usize::MAX);
@@ -119,7 +120,7 @@ impl StressText<'_> {
         text
     }
 
-    /// Where a finding is: in the file, in the mesh, in the world and in the picture.
+    /// Returns the place of a finding: in the file, in the mesh, in the world and in the picture.
     fn format_location(&self, found: &StressFinding) -> String {
         let path = found.subject.scene_path(&self.loaded.scene);
         let mut places = Vec::new();
@@ -143,7 +144,8 @@ impl StressText<'_> {
         places.join(", ")
     }
 
-    /// Which findings have no mark in the picture.
+    /// Returns a sentence about the picture: findings without a mark, and overlapping marks. `None`
+    /// without a picture.
     fn describe_marks(&self) -> Option<String> {
         let picture = self.picture?;
         let unmarked = list_unmarked(self.report);
@@ -165,7 +167,7 @@ impl StressText<'_> {
     }
 }
 
-/// A place in words. What rounding has made of a zero is one.
+/// Returns a position as text. Coordinates within the rounding error of zero are written as 0.
 fn format_position(place: [f64; 3]) -> String {
     let greatest = place
         .iter()
@@ -175,7 +177,7 @@ fn format_position(place: [f64; 3]) -> String {
     format!("at ({x}, {y}, {z}) metres")
 }
 
-/// What was looked at, and what not.
+/// Returns a sentence about the work of the checks, complete or not.
 fn describe_checks(report: &StressSummary, seconds: f64) -> String {
     let run = |run: &CheckRun| {
         let what = match run.name {

@@ -1,4 +1,4 @@
-//! What findings name as cause, and how they count what has one cause.
+//! Causes that findings name, and counts of faults with a common cause.
 
 use raywright_core::stress::FindingSubject;
 
@@ -12,8 +12,8 @@ fn found(scene: &Scene, code: FindingCode) -> Vec<StressFinding> {
         .collect()
 }
 
-/// Protects: a ball that is far from the rest is not wrong where it is seen as in doubles, and the
-/// number of rays that see it otherwise is told.
+/// Protects: a distant ball is harmless if it looks the same in double precision. The number of
+/// rays that hit it differently is reported.
 #[test]
 fn a_far_ball_that_is_seen_as_in_doubles_is_harmless() {
     let far = scene(&json!({
@@ -28,8 +28,8 @@ fn a_far_ball_that_is_seen_as_in_doubles_is_harmless() {
     assert!(finding.reason.contains("steps of"), "{finding:?}");
 }
 
-/// Protects: more far balls than have rays of their own are judged as few are: harmless where they
-/// are seen as in doubles, wrong where they are not.
+/// Protects: distant balls are judged alike, whether few or more than 32 of them. They are harmless
+/// if they look the same in double precision, and wrong otherwise.
 #[test]
 fn many_far_balls_are_judged_as_few_are() {
     for (distance, severity) in [(1e6, Harmless), (1e9, PictureWrong)] {
@@ -65,8 +65,8 @@ fn many_far_balls_are_judged_as_few_are() {
     }
 }
 
-/// Protects: where objects far away make the program store those before the camera coarsely, one of
-/// them is named and none of those before the camera.
+/// Protects: if a distant object causes coarse coordinates of the objects in view, the distant
+/// object is named as the subject.
 #[test]
 fn the_far_object_is_blamed_and_not_the_ground() {
     let mut far = cube([1e7, 0.0, 0.0], |_, _| {});
@@ -93,7 +93,7 @@ fn the_far_object_is_blamed_and_not_the_ground() {
     );
 }
 
-/// Protects: bodies of glass within each other are one finding, with their number.
+/// Protects: glass bodies inside each other are a single finding with their number.
 #[test]
 fn nested_bodies_are_one_finding() {
     let nested = |i: u32| object("shell", ball([0.0; 3], 0.2 * f64::from(i)), "glass");
@@ -112,8 +112,8 @@ fn nested_bodies_are_one_finding() {
     );
 }
 
-/// Protects: copies of a generator in one place are found, as bad as what they are of, and those of
-/// two generators; copies beside each other are not.
+/// Protects: coinciding copies of a generator, or of two generators, are found. The severity
+/// depends on the material and the number. Copies beside each other are not reported.
 #[test]
 fn copies_of_generators_in_one_place() {
     let copies = |material: &str, count: u32, step: f64| {
@@ -145,7 +145,7 @@ fn copies_of_generators_in_one_place() {
     assert_eq!(twins[0].severity, PictureWrong, "{twins:?}");
 }
 
-/// Protects: a black picture names the object that keeps light away, of a lamp and of the sky.
+/// Protects: a black picture names the object that blocks the light of a lamp or of the sky.
 #[test]
 fn a_black_picture_names_its_cover() {
     let cover = json!({ "box": { "min": [-9, -9, -9], "max": [9, 9, 9] } });
@@ -178,8 +178,8 @@ fn a_black_picture_names_its_cover() {
     }
 }
 
-/// Protects: a mesh of which no triangle has an area is the cause where nothing is seen, and what
-/// has to be done is told.
+/// Protects: if no triangle of the only mesh has an area, this is reported as the cause, with a
+/// remedy.
 #[test]
 fn a_mesh_without_area_is_the_cause() {
     let mut flat = cube([0.0; 3], |positions, _| {
@@ -204,8 +204,8 @@ fn a_mesh_without_area_is_the_cause() {
     assert_eq!(findings[0].severity, Harmless);
 }
 
-/// Protects: of surfaces in one plane that are seen right, no flicker is told, but the rays that
-/// see them; of those that are hidden, the rays that see another one in their place.
+/// Protects: coplanar surfaces that are visible everywhere are harmless. The finding counts the
+/// rays that hit them. For a hidden surface it counts the rays that hit another one in its place.
 #[test]
 fn coplanar_surfaces_give_the_number_that_decides() {
     let sheet = |half: f64, y: f64| {

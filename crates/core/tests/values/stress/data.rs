@@ -6,14 +6,14 @@ use raywright_core::scene::{ImageData, PixelData};
 
 use super::*;
 
-/// A clean scene whose ball has these terms in place of its own.
+/// A faultless scene whose ball has these material terms.
 fn painted(terms: Value) -> Scene {
     scene(
         &json!({ "materials": [paint("paint", terms), paint("other", json!({ "base_colour": 0.4 }))] }),
     )
 }
 
-/// Such a ball with an image under the name `image`, read as a texture `texture`.
+/// The scene of `painted`, with an image `image` that is read by a texture `texture`.
 fn with_image(terms: Value, colour_space: &str, data: Option<ImageData>) -> Scene {
     let mut all = json!({
         "images": [{ "name": "image", "path": "image.png" }],
@@ -49,7 +49,8 @@ fn linear(width: u32, texels: impl Fn(u32) -> [f32; 4]) -> Option<ImageData> {
     })
 }
 
-/// Protects: materials that make light, and values that are no numbers or out of their range.
+/// Protects: materials that reflect more light than they receive are found, and so are values that
+/// are not finite or out of range.
 #[test]
 fn materials_that_make_light() {
     let finding = alone(
@@ -90,8 +91,8 @@ fn materials_that_make_light() {
     expect_finding(&hdr, FindingCode::BrighterThanLights, SlowOrNoisy, &[]);
 }
 
-/// Protects: what is nowhere there, glass without segments to come through, and absorption in other
-/// units.
+/// Protects: fully transparent objects, glass with too short paths and absorption in wrong units
+/// are found.
 #[test]
 fn materials_that_show_nothing() {
     expect_finding(
@@ -112,8 +113,8 @@ fn materials_that_show_nothing() {
     );
 }
 
-/// Protects: images of one colour, with texels that are no light, that could not be read, and such
-/// as are read as what they are not.
+/// Protects: these images are found: of one colour, with invalid texels, unreadable, or used for
+/// the wrong purpose.
 #[test]
 fn images() {
     let base = || json!({ "base_colour_texture": texture() });
@@ -164,7 +165,7 @@ fn images() {
     );
 }
 
-/// Protects: textures on meshes that have no place for them.
+/// Protects: textures on meshes without usable texture coordinates are found.
 #[test]
 fn texture_coordinates() {
     let cube = |uvs: Option<Vec<[f64; 2]>>, terms: Value| {
@@ -213,7 +214,8 @@ fn texture_coordinates() {
     );
 }
 
-/// Protects: a sky with one point that has most of its light, and one with a texel that is none.
+/// Protects: a sky with a single, extremely bright texel is found, and so is a sky with an invalid
+/// texel.
 #[test]
 fn skies() {
     let under = |data: Option<ImageData>| {

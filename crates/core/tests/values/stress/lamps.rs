@@ -1,4 +1,4 @@
-//! Lights without size and lamps without area, by where they shine and how noisy they are.
+//! Delta lights and lamps of almost no area: what they light, and how noisy they are.
 
 use raywright_core::stress::FindingSubject;
 
@@ -18,8 +18,8 @@ fn spot(position: [f64; 3], direction: [f64; 3], outer: f64) -> Value {
         "position": position, "direction": direction, "inner_angle": 5, "outer_angle": outer } } })
 }
 
-/// Protects: a point light in the plane of a floor is the cause of a black picture, and harmless
-/// where something else is lit; a hair above the floor it is neither.
+/// Protects: a point light in the plane of a floor is the cause of a black picture. It is harmless
+/// if it lights another object, and not reported slightly above the floor.
 #[test]
 fn a_light_in_a_surface() {
     let of = |y: f64, objects: Value| {
@@ -46,8 +46,9 @@ fn a_light_in_a_surface() {
     );
 }
 
-/// Protects: a spot within the scene's box whose cone holds only the sky, or only a lamp, misses it;
-/// what is advised is no cone beyond 90 degrees, and a range beyond the surface and not its box.
+/// Protects: a spot light whose cone holds only the sky or only a lamp is reported to miss the
+/// scene. The remedy suggests no cone wider than 90 degrees. The suggested range reaches the
+/// surface, not only its bounding box.
 #[test]
 fn lights_that_miss() {
     let with_spot = |light: Value| {
@@ -90,8 +91,8 @@ fn lights_that_miss() {
     assert!(finding.remedy.contains("above 2.46"), "{finding:?}");
 }
 
-/// Protects: a lamp of no area is said to have none, and not to be shut away; so is one with almost
-/// none, and a small bright one is left alone.
+/// Protects: a lamp of no or almost no area is reported for its area, not as shut away. A small
+/// bright lamp is not reported.
 #[test]
 fn lamps_without_area() {
     let of = |edge: f64, emission: f64| {
@@ -121,7 +122,7 @@ fn lamps_without_area() {
     assert!(!all.iter().any(is_unreached), "{all:?}");
 }
 
-/// Protects: lamps that a generator makes are counted one by one.
+/// Protects: the lamps of a generator are counted singly.
 #[test]
 fn lamps_of_generators_are_counted() {
     let motes = scene(&json!({
@@ -136,8 +137,8 @@ fn lamps_of_generators_are_counted() {
     assert_eq!((finding.count, finding.of), (6, 6), "{finding:?}");
 }
 
-/// Protects: a bulb in a globe of glass that lights everything is noisy, and the same bulb is not
-/// where it brings next to nothing beside the sky, though no path meets it.
+/// Protects: a bulb in a glass globe is noisy if it lights the scene. It is not reported if it adds
+/// next to nothing to the sky's light, even though no path hits it.
 #[test]
 fn chance_is_judged_by_the_light_that_it_brings() {
     let of = |emission: f64, sky: f64| {
@@ -171,8 +172,8 @@ fn chance_is_judged_by_the_light_that_it_brings() {
     assert!(!by_chance(0.55, 5.0, 64));
 }
 
-/// Protects: the light of a sun without size behind a pane of glass never arrives: the picture is
-/// wrong, and not where the pane is thin or a ball of glass shades a part.
+/// Protects: a directional light behind a glass pane makes the picture wrong, as its light never
+/// arrives. It does not if the pane is thin-walled, or if a glass ball shades only a part.
 #[test]
 fn a_sun_behind_a_pane() {
     let wall = |name: &str, min: [f64; 3], max: [f64; 3], material: &str| {
@@ -210,8 +211,8 @@ fn a_sun_behind_a_pane() {
     );
 }
 
-/// Protects: where everything is black since the one panel is turned away, that is told with the
-/// black picture, and no other light is advised.
+/// Protects: a black picture names the only panel, which faces away, and the remedy is to turn it
+/// over.
 #[test]
 fn a_black_picture_by_a_panel_that_is_turned() {
     let mut panel = object(
@@ -232,8 +233,8 @@ fn a_black_picture_by_a_panel_that_is_turned() {
     );
 }
 
-/// Protects: two surfaces in one plane of which one shines are wrong whichever is seen, as the order
-/// in the file decides; a rug a millimetre above a floor that is seen from 20 km is left alone.
+/// Protects: coplanar surfaces make the picture wrong if one emits light, in either order in the
+/// file. A rug a millimetre above a floor is not reported when seen from 20 km.
 #[test]
 fn glow_in_one_plane_and_a_rug_from_afar() {
     let sheet = |y: f64, half: f64| {

@@ -21,7 +21,7 @@ pub(super) fn lamp(emission: f64) -> Value {
     )
 }
 
-/// The materials of a clean scene and a lamp.
+/// Materials of a faultless scene, with a lamp.
 pub(super) fn with_lamp(emission: f64) -> Value {
     json!([
         paint("paint", json!({ "base_colour": 0.6 })),
@@ -30,8 +30,8 @@ pub(super) fn with_lamp(emission: f64) -> Value {
     ])
 }
 
-/// Protects: rays that meet their own surface again, and such as start beyond another one, are
-/// found where a scene asks for a constant offset.
+/// Protects: rays that hit their own surface again, or start behind another surface, are found in
+/// scenes with a constant ray offset.
 #[test]
 fn constant_offsets() {
     let constant = |offset: f64, objects: Value| {
@@ -74,7 +74,8 @@ fn constant_offsets() {
     );
 }
 
-/// Protects: a gap that single precision closes, and a lamp that it puts through its cover.
+/// Protects: a gap that single precision closes is found, and so is a lamp that shines through its
+/// cover for the same reason.
 #[test]
 fn gaps_that_storing_closes() {
     let shell = json!([
@@ -110,8 +111,8 @@ fn gaps_that_storing_closes() {
     );
 }
 
-/// Protects: samples that are no numbers, rays that end at the limit of surfaces, a camera that
-/// looks away, and a picture without light.
+/// Protects: samples that are not finite, rays cut short, a camera that faces away and a black
+/// picture are found.
 #[test]
 fn samples_that_are_lost() {
     let half = json!({ "sky": { "expression": "d.x < 0 ? sqrt(d.x) : 1" } });
@@ -147,8 +148,8 @@ fn samples_that_are_lost() {
     expect_finding(&scene(&boxed), FindingCode::BlackPicture, PictureWrong, &[]);
 }
 
-/// Protects: lamps that nothing reaches, that shine past everything, that are met by chance, are
-/// smaller than a pixel or there twice.
+/// Protects: these lights are found: unreached, missing the scene, hit by chance, smaller than a
+/// pixel, or repeated.
 #[test]
 fn lamps_that_light_nothing() {
     let boxed = json!({
@@ -220,8 +221,8 @@ fn lamps_that_light_nothing() {
     assert!(finding.reason.contains("`bulb`"), "{}", finding.reason);
 }
 
-/// Protects: glass that is thin already is not to be made thin, and the lamp that is to be larger
-/// is named.
+/// Protects: the remedy does not suggest thin walls for glass that is thin-walled already. It names
+/// the lamp to enlarge.
 #[test]
 fn thin_glass_is_not_to_be_made_thin() {
     let mut materials = with_lamp(1000.0);
@@ -244,8 +245,8 @@ fn thin_glass_is_not_to_be_made_thin() {
     );
 }
 
-/// Protects: what shines by chance through glass is the sky where there is no lamp, and no lamp is
-/// to be made larger.
+/// Protects: in a scene without lamps, the sky is reported as the light hit by chance. The remedy
+/// suggests no larger lamp.
 #[test]
 fn a_sky_that_is_met_by_chance() {
     let under_sun = json!({
@@ -264,8 +265,8 @@ fn a_sky_that_is_met_by_chance() {
     assert!(!finding.remedy.contains("make them"), "{}", finding.remedy);
 }
 
-/// Protects: cameras within bodies, that are sharp where nothing is, that see everything within a
-/// pixel, or stretch it.
+/// Protects: these cameras are found: inside a body, focused on nothing, with the scene smaller
+/// than a pixel, or with a stretched picture.
 #[test]
 fn cameras() {
     let from = |eye: [f64; 3], parts: Value| {

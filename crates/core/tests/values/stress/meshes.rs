@@ -1,8 +1,9 @@
-//! Faults of meshes, of bodies and of where things are.
+//! Faults of meshes and bodies, and of their placement.
 
 use super::*;
 
-/// A closed cube of two metres about a place, changed.
+/// A closed cube with an edge of 1.6 metres, centred at `at`. `change` edits its positions and
+/// triangles.
 pub(super) fn cube(
     at: [f64; 3],
     change: impl FnOnce(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>),
@@ -27,7 +28,7 @@ pub(super) fn cube(
     json!({ "name": "cube", "source": { "inline": { "positions": positions, "indices": indices } } })
 }
 
-/// A scene with that cube of a material, and a side rule.
+/// A scene with that cube, of a material and with a side rule.
 fn with_cube(mesh: Value, material: &str, side: &str) -> Scene {
     let mut cube = object("cube", json!({ "mesh": "cube" }), material);
     cube["side"] = json!(side);
@@ -44,7 +45,7 @@ fn plain(
     with_cube(cube([0.0; 3], change), material, side)
 }
 
-/// Protects: a closed cube of paint, of glass or with backs that are culled has no fault.
+/// Protects: a closed cube has no fault, whether opaque, of glass or with back-face culling.
 #[test]
 fn a_closed_cube_has_no_findings() {
     for (material, side) in [("paint", "both"), ("glass", "both"), ("paint", "culled")] {
@@ -53,8 +54,8 @@ fn a_closed_cube_has_no_findings() {
     }
 }
 
-/// Protects: triangles without area, there twice, and next to a line are found with the first of
-/// them and its place.
+/// Protects: degenerate, repeated and very thin triangles are found. The degenerate one is named
+/// with its position.
 #[test]
 fn single_triangles() {
     let finding = expect_finding(
@@ -98,8 +99,8 @@ fn single_triangles() {
     );
 }
 
-/// Protects: a body of glass with a hole makes the picture wrong; so does one whose walls meet in
-/// threes or are turned over; of paint none of that is said to.
+/// Protects: a glass body makes the picture wrong if it has a hole, edges with three triangles or
+/// flipped triangles. An opaque body with the same hole is not reported.
 #[test]
 fn bodies_of_glass_are_closed() {
     let open = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i.truncate(10);
@@ -136,8 +137,8 @@ fn bodies_of_glass_are_closed() {
     );
 }
 
-/// Protects: what is turned over makes the picture wrong where its back is hidden, and is harmless
-/// where both sides are shown.
+/// Protects: flipped triangles make the picture wrong if their backs are hidden, and are harmless
+/// if both sides are shown.
 #[test]
 fn flipped_meshes() {
     let one = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
@@ -188,7 +189,8 @@ fn flipped_meshes() {
     );
 }
 
-/// Protects: glass that is open by its shape, glass in glass, and what is there twice.
+/// Protects: glass bodies that are open by their shape or nested without priorities are found, and
+/// so are objects in the same place.
 #[test]
 fn bodies_of_shapes() {
     let tube = json!({ "hyperboloid": { "centre": [0, 0, 0], "waist_radius": 0.8, "c": 1, "half_height": 0.7 } });
@@ -242,8 +244,8 @@ fn bodies_of_shapes() {
     );
 }
 
-/// Protects: two slanted sheets in one plane, of which rounding shows now one and now the other,
-/// make the picture wrong.
+/// Protects: two slanted coplanar sheets make the picture wrong if rounding decides which of them
+/// is visible.
 #[test]
 fn surfaces_in_one_place() {
     let (u, v) = ([0.71, 0.33, 0.29], [-0.37, 0.69, 0.17]);
@@ -266,7 +268,7 @@ fn surfaces_in_one_place() {
     expect_finding(&scene, FindingCode::FlickeringSurfaces, PictureWrong, &[]);
 }
 
-/// Protects: what storing makes of small things far away is found, whichever way it is lost.
+/// Protects: each kind of loss by coarse coordinates is found for small objects far away.
 #[test]
 fn small_things_far_away() {
     let moved = |name: &str, at: [f64; 3], scale: f64| {
@@ -326,7 +328,7 @@ fn small_things_far_away() {
     expect_finding(&lost, FindingCode::LostShape, PictureWrong, &[]);
 }
 
-/// Protects: a scene of a hundredth of a millimetre is named.
+/// Protects: a scene of a hundredth of a millimetre is reported.
 #[test]
 fn unlikely_sizes() {
     let mut small = scene(
@@ -337,9 +339,15 @@ fn unlikely_sizes() {
     assert_eq!(listed(&summarise_findings(&small).findings), []);
 }
 
-/// Protects: nothing is said of bodies that are right: of glass in every closed shape, hollow, of
-/// parts that touch along an edge, with a vertex for each corner of each face, in priorities,
-/// mirrored, many of one mesh, and of rooms that the camera is in.
+/// Protects: correct scenes have no findings. Cases:
+/// - glass in each closed shape
+/// - hollow glass
+/// - parts that touch along an edge
+/// - separate vertices for each corner of each face
+/// - nested glass with priorities
+/// - mirrored objects
+/// - several objects with the same mesh
+/// - a room with the camera inside
 #[test]
 fn what_is_right_has_no_findings() {
     let shapes = [
@@ -442,9 +450,9 @@ fn what_is_right_has_no_findings() {
     );
 }
 
-/// Protects: a quad wholly in a plane's plane, of which nothing is seen, makes the picture wrong,
-/// whichever way it faces and however the plane is said; beside it, a hair above, of the same
-/// material or before it in the file the picture is as said.
+/// Protects: a quad in the plane of another surface makes the picture wrong if it is hidden
+/// everywhere, in either orientation. Quads beside, slightly above, of the same material or earlier
+/// in the file than the surface do not.
 #[test]
 fn surfaces_in_one_plane() {
     let plane = |normal: [f64; 3]| json!({ "plane": { "point": [0, -1, 0], "normal": normal } });
@@ -547,8 +555,8 @@ fn surfaces_in_one_plane() {
     );
 }
 
-/// Protects: of many sheets in one plane and in many, beside each other, nothing is said, and of
-/// one that they hide one thing is, whichever and however many they are.
+/// Protects: many tiles side by side in one plane are not reported. A rug that they hide is a
+/// single finding.
 #[test]
 fn many_surfaces_in_one_plane() {
     let tile = |i: usize, material: &str| {

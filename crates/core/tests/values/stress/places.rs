@@ -1,4 +1,4 @@
-//! Where findings are said to be, and what they are said to be about.
+//! Positions and subjects of findings.
 
 use raywright_core::settings::PrecisionChoice;
 use raywright_core::stress::FindingSubject;
@@ -6,7 +6,7 @@ use raywright_core::stress::FindingSubject;
 use super::meshes::cube;
 use super::*;
 
-/// The one finding of a kind.
+/// Returns the only finding of a kind; panics if there are several or none.
 #[track_caller]
 fn one(scene: &Scene, code: FindingCode) -> StressFinding {
     let all = summarise_findings(scene).findings;
@@ -35,8 +35,8 @@ fn with_cubes(meshes: &[Value], material: &str) -> Scene {
     scene(&json!({ "meshes": meshes, "objects": objects }))
 }
 
-/// Protects: of a triangle that is turned over that one is named, not the first of its neighbours,
-/// and of a hole a place at its edge.
+/// Protects: a flipped triangle is named itself, not its neighbour. A hole has a position on its
+/// edge.
 #[test]
 fn the_fault_is_marked_and_no_neighbour() {
     // The two triangles of the front, which is at z = 0.8.
@@ -55,8 +55,8 @@ fn the_fault_is_marked_and_no_neighbour() {
     assert!((z - 0.8).abs() < 1e-6, "{finding:?}");
 }
 
-/// Protects: of many places the one that is nearest to the camera is told, and no pixel where
-/// something opaque hides it.
+/// Protects: of several positions, the one nearest to the camera is reported. A position behind an
+/// opaque object has no pixel.
 #[test]
 fn the_nearest_place_is_told_and_hidden_ones_have_no_pixel() {
     let flat = |corners: &'static [[u32; 3]]| {
@@ -76,8 +76,8 @@ fn the_nearest_place_is_told_and_hidden_ones_have_no_pixel() {
     assert!(back.place.is_some() && back.pixel.is_none(), "{back:?}");
 }
 
-/// Protects: edges of glass that are open by rounding alone are a harmless seam, which is told once
-/// for all objects that have it.
+/// Protects: edges of glass opened by rounding are a harmless seam. Two objects with such a seam
+/// are one finding.
 #[test]
 fn seams_of_rounding_are_told_once() {
     let seam = |x: f64| {
@@ -100,7 +100,8 @@ fn seams_of_rounding_are_told_once() {
     );
 }
 
-/// Protects: of a scene with one object far out that one is named, and not all others.
+/// Protects: if one object of a scene is far larger than the others, it is reported, and they are
+/// not.
 #[test]
 fn what_is_far_out_is_the_outlier() {
     let small = |i: u32| object("small", ball([f64::from(i), 0.0, 0.0], 0.3), "paint");
@@ -117,8 +118,8 @@ fn what_is_far_out_is_the_outlier() {
     assert!(finding.reason.contains("metres"), "{}", finding.reason);
 }
 
-/// Protects: a rug that is nearer above a floor than the picture tells apart is told with that
-/// distance, of shapes and of meshes; where doubles tell it apart, nothing is.
+/// Protects: a rug is reported, with its distance from the floor, if rounding cannot separate the
+/// two. Shapes and meshes behave alike. In double precision nothing is reported.
 #[test]
 fn a_rug_that_is_too_near() {
     let sheet = |half: f64, y: f64, is_mesh: bool, name: &str| {

@@ -1,10 +1,10 @@
-//! Closed surfaces within and upon each other, and holes in them.
+//! Nested and coinciding closed surfaces, and holes in them.
 
 use super::strays::ball_scene;
 use super::*;
 
-/// Protects: two shells in one place, of which one is turned, are there twice, and not inside out
-/// too.
+/// Protects: two coinciding shells of opposite orientation are reported as repeated triangles, not
+/// as inside out too.
 #[test]
 fn two_shells_in_one_place_are_one_cause() {
     let shells = ball_scene("paint", |_, indices| {
@@ -13,9 +13,9 @@ fn two_shells_in_one_place_are_one_cause() {
     alone(&shells, FindingCode::DuplicateTriangles, Harmless);
 }
 
-/// Protects: the wall of a bubble in glass that is turned the wrong way makes the picture wrong, and
-/// one that is turned inwards is right; a closed part beside another, in its box and not within it,
-/// is no bubble.
+/// Protects: the wall of a bubble in glass makes the picture wrong if it is oriented outwards, and
+/// is right if oriented inwards. A closed part outside the other, but inside its bounding box, is
+/// no bubble.
 #[test]
 fn bubbles_are_turned_inwards() {
     let with_inner = |scale: f64, away: f64, turned: bool| {
@@ -47,9 +47,9 @@ fn bubbles_are_turned_inwards() {
     );
 }
 
-/// Protects: a triangle that is missing in an opaque ball makes the picture wrong where a camera
-/// sees through the hole, and is harmless behind; a bowl, a heap of single triangles, a triangle
-/// beside a ball and a tent have none.
+/// Protects: a missing triangle of an opaque ball makes the picture wrong if a camera sees through
+/// the hole. On the far side it is harmless. A bowl, loose triangles, a triangle beside a ball and
+/// a tent have no such hole.
 #[test]
 fn a_hole_in_what_is_closed_otherwise() {
     let without = |near: bool| {
@@ -115,8 +115,8 @@ fn a_hole_in_what_is_closed_otherwise() {
     assert_eq!(listed(&summarise_findings(&tent).findings), []);
 }
 
-/// Protects: a poster wholly within a wall is never seen, and one on the wall or in a room with the
-/// camera is left alone.
+/// Protects: a poster inside a wall is reported as never visible. A poster on the wall, or in a
+/// room with the camera, is not.
 #[test]
 fn a_poster_within_a_wall() {
     let of = |z: f64, depth: f64| {
@@ -137,8 +137,8 @@ fn a_poster_within_a_wall() {
     }
 }
 
-/// Protects: a copy of a generator in the place of a listed object is found, and as bad as two
-/// listed ones are.
+/// Protects: a copy of a generator that coincides with a listed object is found, with the severity
+/// of two listed objects.
 #[test]
 fn a_copy_over_a_listed_object() {
     let of = |material: &str, y: f64| {
@@ -164,7 +164,7 @@ fn a_copy_over_a_listed_object() {
     }
 }
 
-/// Protects: a model that is scaled to nothing beside the others is told.
+/// Protects: a model scaled to almost nothing is reported.
 #[test]
 fn a_model_scaled_to_nothing() {
     let mut tiny = ball_scene("paint", |_, _| {});

@@ -1,10 +1,10 @@
-//! Vertices far out of their mesh.
+//! Stray vertices, far away from the rest of their mesh.
 
 use raywright_core::scene::TransformStep;
 
 use super::*;
 
-/// Positions and triangles of a ball of `rings` times twice as many quads.
+/// Positions and triangles of a ball with `rings` rings of twice as many quads each.
 pub(super) fn ball_mesh(rings: u32, radius: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let across = 2 * rings;
     let at = |ring: u32, turn: u32| {
@@ -28,7 +28,7 @@ pub(super) fn ball_mesh(rings: u32, radius: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]
     (positions, triangles)
 }
 
-/// A ball of triangles with a material, changed.
+/// A scene with a ball of triangles of a material. `change` edits its positions and triangles.
 pub(super) fn ball_scene(
     material: &str,
     change: impl FnOnce(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>),
@@ -42,9 +42,8 @@ pub(super) fn ball_scene(
     }))
 }
 
-/// Protects: of a vertex far out, and not of triangles without area or of the scene's size, is told
-/// where it is and what to do, as wrong as the picture is; of the triangles that reach to it, none
-/// is told again.
+/// Protects: a stray vertex is reported with its position and a remedy. It is harmless if the ball
+/// is out of view. Its triangles are not reported again as degenerate.
 #[test]
 fn a_vertex_far_out_is_named() {
     assert_eq!(
@@ -76,8 +75,8 @@ fn a_vertex_far_out_is_named() {
     }
 }
 
-/// Protects: an antenna a hundred times as long as the rest is no vertex far out, and neither are
-/// vertices of which the mesh has many.
+/// Protects: an antenna a hundred times as long as the rest has no stray vertex. Neither has a mesh
+/// with many distant vertices.
 #[test]
 fn antennas_and_many_vertices_are_no_strays() {
     let antenna = ball_scene("paint", |positions, _| positions[150] = [100.0, 0.0, 0.0]);
@@ -91,7 +90,7 @@ fn antennas_and_many_vertices_are_no_strays() {
     }
 }
 
-/// Protects: a small thing and a wide ground in one mesh are no vertices far out.
+/// Protects: a small object and a wide ground in one mesh have no stray vertices.
 #[test]
 fn a_wide_ground_in_one_mesh_is_no_stray() {
     let ground = ball_scene("paint", |positions, indices| {
