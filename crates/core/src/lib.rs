@@ -1,5 +1,5 @@
-//! Renderer from a scene in memory to a picture in memory: scene data, validation, expressions,
-//! effects, preparation, integrators, film, display and metrics.
+//! Renderer from a scene in memory to a picture in memory. The crate reads and writes no files, and
+//! prints nothing.
 //!
 //! A [`Scene`] is plain data. [`validate`] reports its errors, [`effects`] lists the features that
 //! it needs. [`prepare()`] builds the data that an integrator traverses, and [`ReadyScene::render`]
@@ -24,6 +24,29 @@
 //! assert_eq!(rendered.picture.pixel(0, 0), Some([0.25; 3]));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # Map
+//!
+//! | task | modules |
+//! |---|---|
+//! | describe a scene | [`scene`] (data types), [`expr`] (formulas in scene files), [`generate`] (many copies of an object) |
+//! | check a scene | [`validate`], [`suggest`] ("did you mean"), [`effects`] (features that it needs), [`extent`] (its bounding box) |
+//! | choose what to render | [`settings`], [`framing`] (a camera that shows the whole scene), [`ladder`] (choices that trade accuracy for time) |
+//! | prepare a scene | [`dispatch`] (entry points), [`mod@prepare`], [`lookup`] (items by name), [`memory`] |
+//! | generate rays | [`camera`], [`sampler`] (random numbers), [`filter`] |
+//! | shade a hit | [`material`] (BSDFs), [`light`], [`noise`], [`number`] (SIMD lanes) |
+//! | render | [`render`], [`counters`], [`film`] (sums of samples, and their error) |
+//! | use a picture | [`picture`], [`denoise`], [`display`] (tone map and transfer curve), [`metrics`] (comparison with a reference) |
+//! | measure | [`accuracy`] (error against time), [`mod@bench`] (time of ray queries), [`stability`] (numerically hard cases), [`stress`] (faults of a user's scene) |
+//!
+//! # Words
+//!
+//! - **Effect:** a feature that a scene may need and a render may simulate, such as soft shadows
+//!   ([`effects`]).
+//! - **Replicate:** one of several independent sets of a pixel's samples. The differences between
+//!   replicates give the error estimate ([`film`]).
+//! - **Ladder:** a choice that trades accuracy for time, such as the number of samples. A **rung**
+//!   is one of its values ([`ladder`]).
 //!
 //! # Threads and stopping
 //!

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Object, Scene, Texture};
 
-/// Lookup of a scene's images, textures, materials and meshes by name. If two items have the same
+/// Index of a scene's images, textures, materials and meshes by name. If two items have the same
 /// name, which validation refuses, the first is returned.
 #[derive(Clone, Debug)]
 pub struct SceneLookup<'a> {

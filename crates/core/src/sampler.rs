@@ -25,7 +25,7 @@ mod sobol;
 use crate::hash::splitmix64;
 use crate::settings::SamplerKind;
 
-/// Purpose of random numbers. Each purpose has its own sequence.
+/// Purpose of random numbers at a path vertex. Each purpose has its own sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SamplePurpose {
     /// Position in the pixel.
@@ -53,8 +53,9 @@ pub enum SamplePurpose {
 /// Number of points of a sequence for one scramble.
 const SEQUENCE: u32 = 1 << 16;
 
-/// Address of random numbers: with a purpose, it alone determines their values. Additional numbers
-/// never shift other numbers, because no counter is involved.
+/// Address of random numbers: the pixel, the sample and the path vertex that use the numbers. The
+/// address and a [`SamplePurpose`] determine the numbers. Additional numbers never shift other
+/// numbers, because no counter is involved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleAddress {
     /// Seed of the picture.
@@ -76,7 +77,8 @@ pub struct SampleAddress {
     pub sampler: SamplerKind,
 }
 
-/// Kind of a path's side branch, beside the main path.
+/// Kind of a side branch: the second of two rays with which Whitted's integrator continues a path
+/// at a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PathBranch {
     /// The reflection of a surface that also refracts.
@@ -187,8 +189,8 @@ pub(crate) fn sample_4d_batch(
     }
 }
 
-/// Returns two numbers in [0, 1) for one purpose at one vertex of a sample's path: the first two of
-/// four that are stratified together.
+/// Returns two numbers in [0, 1) at an address, for one purpose. They are the first two of four
+/// numbers that are stratified together.
 pub fn sample_2d(address: SampleAddress, purpose: SamplePurpose) -> [f32; 2] {
     let [x, y, ..] = SampleSequence::from_address(address, purpose).sample_4d(address.index);
     [x, y]

@@ -92,7 +92,7 @@ pub struct Crop {
     pub height: u32,
 }
 
-/// What camera rays see where they hit no surface.
+/// Background of a picture: what camera rays see where they hit no surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Background {
     /// The sky.
@@ -149,7 +149,8 @@ impl Aov {
     ];
 }
 
-/// Settings of a render, besides the scene.
+/// Settings of a render, besides the scene's data: size, samples, integrator, layers and so on.
+/// [`Settings::from_scene`] takes the values that the scene contains.
 #[derive(Clone, Debug, PartialEq)]
 #[doc(alias = "RenderOptions")]
 pub struct Settings {

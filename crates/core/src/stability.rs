@@ -1,7 +1,7 @@
 //! Numerically hard cases: situations in which textbook formulas lose digits. For each case, the
 //! library promises an error bound. One or several tests check it; their names begin with the
-//! case's number. Cases that are functions in this module can also be measured with `raywright
-//! stability`.
+//! case's number. The function [`measure_case`] and the command `raywright stability` also measure
+//! many of the cases.
 
 mod cameras;
 mod formula_cost;

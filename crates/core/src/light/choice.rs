@@ -8,7 +8,7 @@ use super::cdf::{entry_probability, push_cdf, sample_index};
 use super::tree::{LightLeaf, LightTree, ReceivingPoint};
 use super::{LightId, Lights};
 
-/// Query for the choice of a light: a surface point and uniform numbers.
+/// Input of a [`LightSampler`]: the surface point for which a light is chosen, and uniform numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSamplerQuery<R: Real> {
     /// The surface point.
@@ -20,7 +20,8 @@ pub struct LightSamplerQuery<R: Real> {
     pub numbers: [f32; 2],
 }
 
-/// Sampler of lights in proportion to their estimated contribution at a surface point.
+/// Sampler that chooses one light for a surface point, in proportion to the lights' estimated
+/// contributions.
 #[derive(Clone, Debug, Default)]
 pub struct LightSampler {
     /// Infinitely distant lights.

@@ -32,7 +32,8 @@ pub enum EmitterStrategy {
     SolidAngle,
 }
 
-/// A point of an emissive surface that a ray hit, and the ray's direction.
+/// A point of an emissive surface, with the direction of the ray that hit it. The emitted radiance
+/// is evaluated for this point and direction.
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionPoint<R: Real> {
     /// The point.
@@ -43,7 +44,7 @@ pub struct EmissionPoint<R: Real> {
     pub direction: R::Vec3,
 }
 
-/// All emitters of a scene, sampled in proportion to their power.
+/// Sampler of a scene's emitters in proportion to their power, built from an [`EmitterList`].
 #[derive(Clone, Debug)]
 pub struct Emitters<R: Real> {
     /// All emitters in order of object and primitive, even those without power. The emitter of a

@@ -9,8 +9,9 @@ use raywright_bvh::{Real, Vector};
 
 use super::sky::{GradientSky, SkyKind, SkyRadiance};
 
-/// Cosine-weighted mean radiance of the sky for any surface normal. The coefficients of the
-/// spherical harmonics are convolved with the cosine lobe and divided by π.
+/// Irradiance from the sky divided by π, for any surface normal: the cosine-weighted mean radiance
+/// of the hemisphere. The coefficients of the spherical harmonics are convolved with the cosine
+/// lobe and divided by π.
 #[derive(Clone, Debug)]
 pub struct Irradiance<R: Real> {
     coefficients: [R::Vec3; 9],

@@ -53,7 +53,7 @@ pub(crate) use sky::{max_table_bytes, prepare_sky_radiance as prepare_sky};
 pub use sky_sampler::SkySampler;
 pub(crate) use usage::LightUsage;
 
-/// Identifies a light of a scene.
+/// Identifier of a light of a scene: its kind and index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LightId {
     /// A delta light, by its index in the scene's list.
@@ -64,7 +64,7 @@ pub enum LightId {
     Sky,
 }
 
-/// Target of a shadow ray: a sampled or hit point of a light.
+/// End of a shadow ray: infinity, or a sampled or hit point of a light.
 #[derive(Clone, Copy, Debug)]
 pub enum ShadowRayTarget<R: Real> {
     /// Infinity.
@@ -83,7 +83,7 @@ pub enum ShadowRayTarget<R: Real> {
     },
 }
 
-/// Sampling density of a light sample's direction.
+/// Density with which light sampling chooses the direction of a [`LightSample`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightDensity {
     /// A delta light: a single direction.
@@ -92,7 +92,8 @@ pub enum LightDensity {
     SolidAngle(f64),
 }
 
-/// A light sample for a receiving point.
+/// A direction to a light, sampled for a receiving point, with its radiance over density and the
+/// target of its shadow ray.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample<R: Real> {
     /// Unit direction to the light.
@@ -106,8 +107,8 @@ pub struct LightSample<R: Real> {
     pub target: ShadowRayTarget<R>,
 }
 
-/// A light chosen for a receiving point with a probability, and two uniform numbers in [0, 1) for
-/// sampling the light.
+/// A light that a [`LightSampler`] chose for a receiving point, with the probability of the choice.
+/// The uniform numbers serve to sample a point of the light.
 #[derive(Clone, Copy, Debug)]
 pub struct ChosenLight<R: Real> {
     /// The light.
@@ -120,7 +121,7 @@ pub struct ChosenLight<R: Real> {
     pub position: [f32; 2],
 }
 
-/// Every light of a scene.
+/// All lights of a prepared scene: delta lights, emitters and the sky.
 #[derive(Clone, Debug)]
 pub struct Lights<R: Real> {
     /// Delta lights, in scene order.

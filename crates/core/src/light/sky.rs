@@ -15,7 +15,7 @@ use crate::lookup::SceneLookup;
 use crate::prepare::PrepareError;
 use crate::scene::{ColourInput, ImageData, PixelData, Sky as SkyData};
 
-/// Radiance of the sky, seen by rays that hit nothing.
+/// Radiance of a prepared sky by direction, for rays that hit nothing.
 #[derive(Clone, Debug)]
 pub struct SkyRadiance<R: Real> {
     pub(super) kind: SkyKind<R>,
@@ -30,7 +30,8 @@ const LANES: usize = 16;
 /// Components of a batch of directions.
 type DirectionBatch<R> = [[R; LANES]; 3];
 
-/// The sky's radiance along a ray.
+/// Radiance of the sky along one ray, with the coordinates of the ray's direction in the sky's
+/// image.
 #[derive(Clone, Copy, Debug)]
 pub struct SkySample<R: Real> {
     /// Coordinates of the ray's direction in the sky's image, each in [0, 1], see

@@ -22,7 +22,7 @@ const EVEN: f64 = 0.75;
 /// a part covers at most a tenth of a steradian, less than a hundredth of the sphere.
 const SMALL: f64 = 10.0;
 
-/// Sampler of a sky's directions.
+/// Sampler of directions to the sky, in proportion to the sky's radiance.
 #[derive(Clone, Debug)]
 pub struct SkySampler {
     form: SkySamplerKind,

@@ -9,7 +9,8 @@ use crate::number::{Mask, Number, Vector3};
 /// Greatest number of lobes of a BSDF of [`Lobe`]s.
 pub const MOST_LOBES: usize = 6;
 
-/// The BSDF of a surface at a point: at most `MOST` lobes of the type `L`.
+/// The BSDF of a surface at a point: the sum of at most `MOST` lobes of the type `L`. `N` is the
+/// number type, for one path or for several SIMD lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<N: Number, L: BsdfLobe<N> = Lobe<N>, const MOST: usize = MOST_LOBES> {
     normal: N::Vec3,
@@ -17,7 +18,7 @@ pub struct Bsdf<N: Number, L: BsdfLobe<N> = Lobe<N>, const MOST: usize = MOST_LO
     count: usize,
 }
 
-/// A sampled incident direction.
+/// Incident direction sampled from a BSDF, with its weight and density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample<N: Number> {
     /// Mask of the SIMD lanes with a valid sample. A lane whose sample carries no light is invalid,

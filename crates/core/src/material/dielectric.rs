@@ -12,7 +12,7 @@ use super::interface::SmoothInterface;
 use super::lobe_kind::{Directions, ScatteringLobe, sample_disk};
 use crate::number::{Mask, Number, Vector3};
 
-/// A dielectric boundary, viewed from one side.
+/// Lobe of a smooth or rough dielectric boundary, viewed from one side. It reflects and transmits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric<N: Number> {
     /// Index of refraction on the ray's side over the index on the far side. In `f64`: refraction

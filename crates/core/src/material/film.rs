@@ -14,7 +14,7 @@ use super::stage::layer;
 use crate::number::{Number, Vector3};
 
 layer! {
-    /// A thin film.
+    /// A thin film on the microfacets, which colours reflections by interference.
     ThinFilm
     /// Share of the surface under the film, 0 to 1.
     share: Share by eval_share;

@@ -82,7 +82,7 @@ pub fn fresnel_dielectric_in_air(cosine: f64, ior: f64) -> f64 {
     )
 }
 
-/// Formulas for the reflectance of materials.
+/// Choice of the formulas for the Fresnel reflectance of all materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FresnelRule {
     /// Schlick's formula for every material, even for glass and for conductors with a complex

@@ -22,7 +22,7 @@ use crate::number::{Number, Vector3};
 pub(super) const COAT_F0: f64 = 0.04;
 
 layer! {
-    /// A clear coat over a surface.
+    /// A clear coat over all other layers of a surface.
     Coat
     /// Share of the surface under the coat, 0 to 1.
     weight: Share by eval_share;
@@ -178,7 +178,8 @@ macro_rules! ask {
     };
 }
 
-/// A lobe of a layered surface, with the coat and sheen over it.
+/// Lobe of a layered surface, scaled by the transmittance of the coat and the sheen over it. Either
+/// of these may be absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoatedLobe<N: Number> {
     lobe: LayerLobe<N>,

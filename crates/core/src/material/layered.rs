@@ -15,14 +15,14 @@ use super::sheen::Sheen;
 use super::stage::{LayerFieldEvaluator, LayerFieldTypes, layer};
 use crate::number::{Mask, Number, Vector3};
 
-/// Greatest number of lobes of a layered surface.
+/// Greatest number of lobes of a [`LayeredBsdf`].
 pub const MOST_LAYERS: usize = 9;
 
-/// The BSDF of a layered surface at a point.
+/// The BSDF of a [`LayeredSurface`] at a point.
 pub type LayeredBsdf<N> = Bsdf<N, CoatedLobe<N>, MOST_LAYERS>;
 
 layer! {
-    /// Anisotropy of the microfacets.
+    /// Anisotropy of the microfacets: its strength, and the direction of greater roughness.
     Anisotropy
     /// Strength, from 0 (isotropic) to 1.
     strength: Share by eval_share;
@@ -31,7 +31,7 @@ layer! {
 }
 
 layer! {
-    /// Diffuse transmission.
+    /// Diffuse transmission of light through a surface, such as a leaf.
     DiffuseTransmissionLayer
     /// Share of the diffuse light that is transmitted instead of reflected, 0 to 1.
     share: Share by eval_share;
@@ -39,8 +39,9 @@ layer! {
     colour: Tint by eval_tint;
 }
 
-/// A layered surface. The type parameter decides what its fields are: inputs before a hit, or
-/// numbers at a hit (see [`LayerFieldTypes`]).
+/// Parameters of a layered surface: the metallic-roughness base and glTF's extensions. The type
+/// parameter `S` determines the types of the parameters: inputs before a hit, numbers at a hit (see
+/// [`LayerFieldTypes`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayeredSurface<S: LayerFieldTypes> {
     /// The metallic-roughness base.

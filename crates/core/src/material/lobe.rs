@@ -14,7 +14,7 @@ use super::lobe_kind::{
 use super::multiple_scattering::MultipleScattering;
 use crate::number::{Mask, Number, Vector3};
 
-/// A lobe of a BSDF.
+/// A lobe of the BSDF of a common material: a surface without layers such as a coat or sheen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lobe<N: Number> {
     /// Lambert's lobe below microfacets with Schlick's reflectance. It includes the multiple

@@ -3,8 +3,8 @@
 use super::frame::ShadingFrame;
 use crate::number::{Number, Vector3};
 
-/// A pair of unit directions `wo` and `wi` that point away from the surface, with their normal,
-/// half vector and cosines.
+/// Unit directions `wo` to the viewer and `wi` to the light, with the normal, the half vector and
+/// the cosines. Both directions point away from the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Directions<N: Number> {
     pub(super) normal: N::Vec3,
@@ -58,7 +58,8 @@ impl<N: Number> Directions<N> {
     }
 }
 
-/// A type of lobe that a [`Bsdf`](super::Bsdf) can hold.
+/// Type of the lobes that a [`Bsdf`](super::Bsdf) holds: [`Lobe`](super::Lobe), or
+/// [`CoatedLobe`](super::CoatedLobe) for layered surfaces.
 pub trait BsdfLobe<N: Number>: ScatteringLobe<N> + Copy + core::fmt::Debug {
     /// A black lobe, for the unused entries of a BSDF's array.
     const NOTHING: Self;
@@ -66,8 +67,8 @@ pub trait BsdfLobe<N: Number>: ScatteringLobe<N> + Copy + core::fmt::Debug {
     const COATED: bool = false;
 }
 
-/// A lobe: value, density and sampling. The default methods suit a lobe without transmission and
-/// without diffuse reflection.
+/// Interface of a lobe: its value, density and sampling. The default methods suit a lobe without
+/// transmission and without diffuse reflection.
 pub trait ScatteringLobe<N: Number> {
     /// Returns the sampling weight of the lobe: an estimate of its albedo for the cosine of `wo`.
     fn importance(&self, cosine: N) -> N;

@@ -97,7 +97,8 @@ impl<N: Number> Glass<N> {
     }
 }
 
-/// Inputs of the metallic-roughness model at a point.
+/// Parameters of the metallic-roughness model of glTF at a point, evaluated from inputs such as
+/// textures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MetallicRoughness<N: Number> {
     /// Base colour.

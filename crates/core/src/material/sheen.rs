@@ -15,7 +15,7 @@ use crate::number::{Number, Vector3};
 const LEAST: f64 = 0.07;
 
 layer! {
-    /// Fibres on a surface.
+    /// Upright fibres on a surface, such as velvet, which reflect at grazing angles.
     Sheen
     /// Colour of the sheen. Its brightness is the strength of the sheen.
     colour: Tint by eval_tint;

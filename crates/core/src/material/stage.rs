@@ -7,7 +7,8 @@ use super::ShadingFrame;
 use super::metallic_roughness::MetallicRoughness;
 use crate::number::Number;
 
-/// The type of each kind of field in a layer, either before a hit or at a hit.
+/// Types of the fields of a layer. Before a hit, the fields are inputs, such as textures. At a hit,
+/// they are numbers. One generic struct serves both stages.
 pub trait LayerFieldTypes {
     /// A number from 0 to 1.
     type Share: Copy + Debug + PartialEq;
@@ -42,7 +43,8 @@ impl<N: Number> LayerFieldTypes for N {
     type Base = MetallicRoughness<N>;
 }
 
-/// Evaluates the fields of a layer at a hit, or at the hits of all SIMD lanes.
+/// Evaluator of a layer's fields: converts the inputs of type `S` to numbers `N` at a hit, or at
+/// the hits of all SIMD lanes.
 pub trait LayerFieldEvaluator<S: LayerFieldTypes, N: Number> {
     /// Evaluates a number, clamped to 0..1.
     fn eval_share(&self, input: &S::Share) -> N;

@@ -13,7 +13,8 @@ use crate::picture::{Encoding, Picture};
 /// difference are counted.
 const THRESHOLDS: [u32; 5] = [0, 1, 2, 8, 32];
 
-/// Picture to be compared, with the encoding (linear or display) of its pixel values.
+/// One of the two pictures of [`compare`], with the encoding (linear or display) of its pixel
+/// values.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparedPicture<'a> {
     /// Picture to be compared.

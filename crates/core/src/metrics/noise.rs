@@ -27,7 +27,7 @@ const SMALLEST: u32 = 16;
 /// Relative difference of block sums that rounding may cause. A smaller difference is ignored.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 
-/// Picture with the standard errors of its pixels.
+/// Colours of a picture with their standard errors: the input of [`test_against_noise`].
 #[derive(Clone, Debug)]
 pub struct PictureWithErrors<'a> {
     /// Width in pixels.
@@ -42,7 +42,8 @@ pub struct PictureWithErrors<'a> {
     pub freedom: f64,
 }
 
-/// Result of the tests of a picture against a reference.
+/// Result of [`test_against_noise`]: the number of blocks in which two pictures differ by more than
+/// noise, and the clearest of these differences.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NoiseTestResult {
     /// Level of significance: probability that two pictures fail the test although they differ by
@@ -60,7 +61,8 @@ pub struct NoiseTestResult {
     pub untested: usize,
 }
 
-/// Block of pixels with the tested difference in one channel.
+/// Square block of pixels in one channel: its mean difference from the reference, and the
+/// probability that noise alone causes this difference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TestedBlock {
     /// First column of the block.

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-/// Mean and quantiles of numbers. Quantiles are interpolated linearly between sorted neighbours
-/// (type 7 of Hyndman and Fan, "Sample Quantiles in Statistical Packages", 1996).
+/// Mean, quantiles and range of a list of numbers. Quantiles are interpolated linearly between
+/// sorted neighbours (type 7 of Hyndman and Fan, "Sample Quantiles in Statistical Packages", 1996).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Statistics {
     /// Arithmetic mean.

@@ -40,7 +40,7 @@ pub(crate) use logarithms::{expm1, log1p};
 pub use mask::LaneMask;
 use raywright_bvh::{Real, Vector};
 
-/// A number in each of [`Self::LANES`] lanes, one for each path that is shaded.
+/// A number in each of [`Self::LANES`] lanes. Each lane shades one path.
 pub trait Number:
     Copy
     + Debug

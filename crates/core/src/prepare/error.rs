@@ -8,7 +8,7 @@ use crate::observer::Observer;
 use crate::settings::SettingsError;
 use crate::validate::Problem;
 
-/// Error of the preparation of a scene.
+/// Reason why a scene cannot be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PrepareError {
     /// Invalid settings.

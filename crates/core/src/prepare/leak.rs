@@ -17,7 +17,7 @@ const LIGHTS_PER_HIT: usize = 8;
 /// Greatest number of surfaces that are tested in front of a lamp.
 const MAX_HITS: usize = 4;
 
-/// A delta light or an emissive object.
+/// Index of a lamp in the scene: of a delta light or of an emissive object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LampRef {
     /// A delta light, by its index in the scene's list of lights.
@@ -27,7 +27,8 @@ pub enum LampRef {
     Object(usize),
 }
 
-/// A lamp that shines through an opaque object.
+/// An error of the picture: a lamp shines through an opaque object, because the gap between them is
+/// narrower than shadow rays resolve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightLeak {
     /// Lamp whose light leaks.

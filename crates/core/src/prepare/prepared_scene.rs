@@ -130,7 +130,7 @@ pub struct PreparedScene<R: Real> {
     pub(super) geometry_bytes: usize,
 }
 
-/// Sizes of the tables of a prepared scene.
+/// Sizes of the tables of a prepared scene, for reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TableCounts {
     /// Primitives of the scene's top level; an instance counts as one primitive.

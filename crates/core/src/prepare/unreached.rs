@@ -9,7 +9,8 @@ use crate::light::{LightId, LightUsage};
 /// the light, all of a hundred rays would be blocked with a probability below 1 %.
 const MIN_BLOCKED_RAYS: u64 = 100;
 
-/// A light or an emissive object that contributed nothing to a picture.
+/// A light or an emissive object that contributed nothing to a picture: all its shadow rays were
+/// blocked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnreachedLight {
     /// A delta light, by its index in the scene's list of lights.

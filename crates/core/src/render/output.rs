@@ -8,7 +8,8 @@ use crate::film::{Film, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::Picture;
 
-/// Result of a render: the picture with its counters.
+/// Result of a render: the picture, the denoised picture if requested, and counts of rays and
+/// samples.
 #[derive(Clone, Debug)]
 pub struct RenderOutput {
     /// The picture. If the render is unfinished, each pixel is the mean of its samples so far; a

@@ -8,8 +8,8 @@ use crate::film::{Film, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::Picture;
 
-/// State of a render in progress. Picture and error are computed when they are first needed. They
-/// are borrowed, not copied.
+/// State of a render in progress, for a viewer: the film, the picture so far and its estimated
+/// error. Picture and error are computed when they are first needed.
 pub struct RenderStage<'a> {
     film: &'a Film,
     picture: OnceCell<Picture>,

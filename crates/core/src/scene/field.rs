@@ -3,7 +3,7 @@
 
 use super::input::{Checker, CheckerInput, Colour, Input, InputValue, TextureRef};
 
-/// Range of valid values of a constant field.
+/// Range of valid values of a material's field, checked if the value is constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FieldBounds {
     /// Every value.
@@ -20,7 +20,7 @@ pub enum FieldBounds {
     Light,
 }
 
-/// Value of a constant field.
+/// Constant value of a material's field: a number or a colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConstantValue {
     /// A number.
@@ -29,7 +29,7 @@ pub enum ConstantValue {
     Colour(Colour),
 }
 
-/// A field of a material, with its key, value and bounds.
+/// A field of a material, with its key, value and bounds, for code that visits all fields.
 #[derive(Clone, Copy)]
 pub struct MaterialField<'a> {
     /// Key of the layer that the field belongs to; `None` for a field of the model itself.
@@ -50,8 +50,9 @@ impl core::fmt::Display for MaterialField<'_> {
     }
 }
 
-/// Value of a field of any type. The default methods suit a value without texture, expression or
-/// layer.
+/// Value of a material's field, whatever its type. Code that visits all fields finds textures,
+/// expressions and constants by this trait. The default methods suit a value without texture,
+/// expression or layer.
 pub trait FieldValue {
     /// Returns the texture use and its key within the field; the key is empty if the field itself
     /// is the texture use.
@@ -173,7 +174,7 @@ impl FieldValue for Colour {
     }
 }
 
-/// A struct whose fields the macro `fields!` lists.
+/// A material or layer whose fields can be visited. The macro `fields!` implements it.
 pub trait MaterialFields {
     /// Returns the fields of the struct and of its layers.
     fn fields(&self) -> Vec<MaterialField<'_>>;

@@ -94,8 +94,8 @@ impl VertexPositions {
     }
 }
 
-/// Returns an origin near the points, or zero for points near zero. Points that are not finite or
-/// out of range are ignored.
+/// Returns an origin near the points. Relative to it, the points keep their digits in `f32`. The
+/// origin is zero for points near zero. Points that are not finite or out of range are ignored.
 pub fn choose_origin(points: impl IntoIterator<Item = DVec3>) -> DVec3 {
     let usable = points
         .into_iter()

@@ -2,7 +2,7 @@
 
 use super::{Crop, Sampling, Settings};
 
-/// Error of a setting that is out of range.
+/// Error: a setting is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
     /// Width or height of the picture is zero or too large.

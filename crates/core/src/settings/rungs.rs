@@ -53,8 +53,8 @@ pub enum SamplerKind {
     Sobol,
 }
 
-/// Segment of a path at which Russian roulette starts. The choices are unbiased; they differ in
-/// time and noise.
+/// Start of Russian roulette along a path, by the number of path segments (from hit to hit). The
+/// choices are unbiased; they differ in time and noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum RouletteStart {
     /// From the first surface of a path on.
@@ -66,7 +66,8 @@ pub enum RouletteStart {
     Off,
 }
 
-/// Which point of an area light must be visible for its light to arrive.
+/// Point of an area light that must be visible for the light to arrive. It determines whether
+/// shadows are hard or soft.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AreaShadows {
     /// The centre of the light: hard shadows.

@@ -14,7 +14,7 @@ use crate::bench::SampleQuantiles;
 use crate::bench::clock::thread_seconds;
 use crate::material::{ShadingFrame, SmoothInterface, fresnel_dielectric};
 
-/// Times of the formulas for a numerically hard case.
+/// Times of the textbook formula and of the library's formulas for a numerically hard case.
 #[derive(Clone, Copy, Debug)]
 pub struct CaseCost {
     /// Description of the work that is done per ray or sample.
@@ -33,8 +33,8 @@ const ROUNDS: usize = 15;
 const SAMPLES: u32 = 4096;
 const TURNS: u32 = 40;
 
-/// Returns the formulas that are timed for a numerically hard case; `None` for a case without
-/// textbook formula.
+/// Returns the textbook formula and the library's formulas for the hard case with this number,
+/// ready to be timed. `None` for a case without textbook formula.
 pub fn formula_comparison(number: &str) -> Option<CostComparison> {
     Some(match number {
         "S09" => frame_comparison(),
@@ -44,8 +44,8 @@ pub fn formula_comparison(number: &str) -> Option<CostComparison> {
     })
 }
 
-/// Times the textbook formula and the library's formulas for a numerically hard case; `None` for a
-/// case without textbook formula.
+/// Times the textbook formula and the library's formulas for the hard case with this number. `None`
+/// for a case without textbook formula.
 pub fn time_case_formulas(number: &str) -> Option<CaseCost> {
     let CostComparison {
         label,

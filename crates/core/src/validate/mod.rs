@@ -42,7 +42,7 @@ pub const MOST_ASPECT: f64 = 1e3;
 /// coincide.
 pub const SMALLEST: f64 = 1e-15;
 
-/// A problem of a scene.
+/// A problem of a scene: the path of the faulty field, a message, and possibly a hint.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// Path from the root of the scene, such as `objects[3].shape.sphere.radius`. It is empty for

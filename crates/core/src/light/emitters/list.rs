@@ -140,7 +140,7 @@ impl<R: Real> EmissionEstimate<R> {
     }
 }
 
-/// The emitters of a scene, object by object.
+/// List of a scene's emitters (emissive shapes and triangles), object by object.
 #[derive(Clone, Debug, Default)]
 pub struct EmitterList<R: Real> {
     pub(super) emitters: Vec<Emitter<R>>,
