@@ -17,8 +17,10 @@ use crate::generate::{PlacedObject, objects_relative_to};
 use crate::prepare::PreparedScene;
 use crate::scene::{MeshData, SideRule};
 
-/// Number of rays for each camera, greatest number of target objects, and number of rays between
-/// two checks of the time limit.
+/// Limits on the work for each camera:
+/// - `RAYS`: number of rays.
+/// - `OBJECTS`: greatest number of objects at which rays are aimed, approximately.
+/// - `BLOCK`: number of rays between two checks of the time limit.
 const RAYS: u64 = 40_000;
 const OBJECTS: usize = 1000;
 const BLOCK: u64 = 4096;

@@ -17,7 +17,7 @@ use crate::scene::{MeshData, SideRule};
 const MOST_TESTS: usize = 1 << 26;
 /// Greatest number of parts of a mesh for which containment is tested.
 const MOST_PARTS: usize = 1000;
-/// A surface counts as closed apart from holes if at most one edge in `FEW` is open.
+/// A surface counts as closed apart from its holes if at most one of `FEW` edges is open.
 const FEW: u64 = 10;
 
 /// A hole with three edges.
@@ -29,8 +29,8 @@ pub(super) struct MeshHole {
 }
 
 impl Topology {
-    /// Returns closed parts inside another closed part that are oriented like it. Their outside
-    /// would have to face the cavity, if they are the walls of bubbles.
+    /// Returns closed parts that lie inside another closed part, both oriented outwards. If they
+    /// are walls of bubbles, they should be oriented inwards.
     pub fn filled_hollows(&self, data: &MeshData) -> Vec<MeshComponent> {
         if self.components.len() < 2 || self.components.len() > MOST_PARTS {
             return Vec::new();

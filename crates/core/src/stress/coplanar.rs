@@ -49,7 +49,7 @@ pub(super) struct CoplanarOverlap {
     tolerance: f64,
 }
 
-/// Least separation at which the cameras' pictures show two surfaces apart, for a precision.
+/// Least separation at which a precision distinguishes two surfaces in the cameras' pictures.
 pub(super) struct DepthResolution<'a> {
     pub precision: PrecisionChoice,
     views: &'a [CameraView],

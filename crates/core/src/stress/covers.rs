@@ -11,14 +11,16 @@ use crate::dispatch::PreparedSceneTask;
 use crate::prepare::PreparedScene;
 use crate::scene::{Colour, LightKind, Sky};
 
-/// Greatest number of lights and of emissive objects from which rays are traced, greatest number of
-/// visible points, and number of sky directions for each point.
+/// Limits on the search:
+/// - `LIGHTS`: greatest number of delta lights, and of emissive objects.
+/// - `PLACES`: greatest number of visible points.
+/// - `DIRECTIONS`: number of sky directions for each visible point.
 const LIGHTS: usize = 16;
 const PLACES: usize = 32;
 const DIRECTIONS: u64 = 32;
 /// Greatest number of surfaces that a ray passes before the search ends.
 const HITS: usize = 64;
-/// Greatest percentage of a light's rays that may be unblocked if the light is still covered.
+/// A light is covered if at most this percentage of its rays is unblocked.
 const FREE: u64 = 10;
 /// Share of a ray's length before its end point within which a surface does not block it.
 const NEAR: f64 = 1e-4;
@@ -38,8 +40,8 @@ pub(super) struct CoverSearch<'a> {
     pub seen: Vec<DVec3>,
 }
 
-/// A straight path from a light to a visible point. `own` is the index of an emissive object, which
-/// does not block its own light.
+/// A straight path from a light to a visible point. `own` is the index of the light if it is an
+/// emissive object: it does not block its own light.
 struct LightPath {
     light: FindingSubject,
     from: DVec3,

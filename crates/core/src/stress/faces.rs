@@ -10,8 +10,8 @@ use crate::scene::Shape;
 
 /// Number of sides of the polygon that approximates a disk.
 const SIDES: u32 = 24;
-/// Greatest number of triangles of a mesh whose faces are compared, and of all these meshes
-/// together.
+/// Limits on faces of meshes. `MESH_FACES`: greatest number of triangles of a mesh; larger meshes
+/// are left out. `ALL_MESH_FACES`: greatest number of triangles of all meshes together.
 const MESH_FACES: usize = 64;
 pub(super) const ALL_MESH_FACES: usize = 1 << 18;
 

@@ -10,15 +10,17 @@ use crate::dispatch::PreparedSceneTask;
 use crate::prepare::PreparedScene;
 use crate::scene::{Colour, LightKind, MaterialModel};
 
-/// Greatest number of delta lights that are surveyed, number of rays divided among them, and
-/// greatest number of rays of a single light.
+/// Limits on the rays that leave delta lights:
+/// - `LIGHTS`: greatest number of lights.
+/// - `ALL_RAYS`: number of rays that the lights share.
+/// - `MOST_RAYS`: greatest number of rays of a light.
 const LIGHTS: usize = 256;
 const ALL_RAYS: usize = 1 << 16;
 const MOST_RAYS: usize = 4096;
 /// Greatest number of objects at whose centre a light's rays are aimed.
 const AIMED: usize = 1024;
-/// Numbers of camera rays along the picture's width and height. At their hits, rays to the lights
-/// start.
+/// Numbers of camera rays along the picture's width and height. Rays to the lights start at their
+/// hits.
 const PLACES: [u32; 2] = [40, 24];
 /// Greatest number of surfaces that a ray to a light passes before the search ends.
 const HITS: usize = 64;
@@ -33,18 +35,18 @@ const SKY_DIRECTIONS: usize = 256;
 /// Result of the rays from and to a delta light.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightReach {
-    /// Number of rays that left the light, and distance to the nearest surface that they hit, in
-    /// metres.
+    /// `rays`: number of rays that left the light. `nearest`: distance from the light to the
+    /// nearest surface that a ray hit, in metres.
     pub rays: u64,
     pub nearest: Option<f64>,
-    /// Number of rays that hit a non-emissive surface within the light's range, and an emissive
-    /// object that another ray hit.
+    /// `hits`: number of rays that hit a non-emissive surface within the light's range. `lamp`: an
+    /// emissive object that a ray hit.
     pub hits: u64,
     pub lamp: Option<usize>,
     /// Opaque object in whose surface the light lies.
     pub surface: Option<usize>,
-    /// Numbers of rays from visible surfaces to the light: unblocked rays, and rays blocked by
-    /// glass alone.
+    /// Numbers of rays from visible surfaces to the light. `free_ways`: unblocked rays.
+    /// `glass_ways`: rays blocked by glass alone.
     pub free_ways: u64,
     pub glass_ways: u64,
     /// The first glass object that blocked a ray.

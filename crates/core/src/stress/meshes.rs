@@ -304,7 +304,7 @@ impl UsedMesh<'_> {
     }
 
     /// Finds triangles and closed parts with the wrong orientation. The severity depends on whether
-    /// the rays of the cameras hit their backs.
+    /// the cameras see the effect.
     fn check_orientation(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
         let inside_out = topology.inverted_components();
         if topology.flipped_triangles.count == 0 && inside_out.is_empty() {

@@ -1,5 +1,5 @@
-//! Results of the rays of a camera: counts of rays with the nearest position. Sums of such counts
-//! do not depend on the order of the rays.
+//! Observations of a camera's rays. Each is a number of rays and the nearest position at which one
+//! was made. Sums of observations do not depend on the order of the rays.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ pub(super) struct RayPoint {
     pub distance: f64,
 }
 
-/// Number of rays with a property, and the position nearest to a ray's origin.
+/// Number of rays that made the same observation, and the position of the nearest one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SightingCount {
     pub count: u64,
@@ -41,7 +41,7 @@ impl From<RayPoint> for SightingCount {
     }
 }
 
-/// Counts of rays, by the object or pair of objects that they concern.
+/// Observations, by the object, pair of objects or material value that they concern.
 pub(crate) type SightingCounts<K> = BTreeMap<K, SightingCount>;
 
 pub(super) fn record_sighting<K: Ord>(sightings: &mut SightingCounts<K>, key: K, at: RayPoint) {
@@ -76,7 +76,8 @@ pub(crate) struct RaySurvey {
     pub planned: u64,
     /// Number of rays that hit an object.
     pub hits: u64,
-    /// Rays that pass through an object, and rays that hit it first.
+    /// `sightings`: rays that cross an object, also behind other surfaces. `first`: rays that hit
+    /// it first.
     pub sightings: SightingCounts<usize>,
     pub first: SightingCounts<usize>,
     /// Rays that first hit the inside of an object.
@@ -157,13 +158,13 @@ impl RaySurvey {
         self
     }
 
-    /// Returns the number of rays with a key.
+    /// Returns the number of rays that made an observation.
     pub fn sighting_count<K: Ord>(of: &SightingCounts<K>, key: &K) -> u64 {
         of.get(key).map_or(0, |sighting| sighting.count)
     }
 
-    /// Separates the rays in `within` by body. If nearly all rays leave the body, the camera is
-    /// inside it. Otherwise the rays entered it unnoticed, and move to `unbalanced`.
+    /// Decides for each body in `within` whether the camera is inside it: nearly all rays leave
+    /// such a body. The observations of the other bodies move to `unbalanced`.
     pub(super) fn separate_camera_body(&mut self) {
         const NEARLY: f64 = 0.9;
         let rays = self.rays as f64;

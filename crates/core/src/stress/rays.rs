@@ -18,7 +18,8 @@ use crate::interaction::Interaction;
 use crate::prepare::{PreparedScene, PreparedSpawnRule};
 use crate::scene::Shape;
 
-/// Numbers of rays in a round along the picture's width and height, and number of rounds.
+/// `GRID`: numbers of rays along the picture's width and height in a round. `ROUNDS`: number of
+/// rounds.
 const GRID: [u64; 2] = [160, 90];
 const ROUNDS: u64 = 4;
 
@@ -222,8 +223,8 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         normal.dot(self.prepared.geometry.surface(ray, hit).normal.to_f64()) < 0.0
     }
 
-    /// Traces a random ray from the visible side of a surface, and records whether its start is
-    /// wrong.
+    /// Traces a random ray from the visible side of a surface. Records whether it hits the same
+    /// primitive again, and whether it starts behind another surface.
     fn survey_spawned_ray(
         &self,
         interaction: &Interaction<R>,
@@ -285,8 +286,8 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         }
     }
 
-    /// Returns whether a ray from this side of a primitive cannot hit the same primitive again. So
-    /// it is for flat shapes, and for the outside of convex shapes.
+    /// Returns whether a ray that leaves a primitive on this side can never hit it again. This
+    /// holds for flat shapes, and for the outside of convex shapes.
     fn cannot_be_hit_again(&self, object: usize, outside: bool) -> bool {
         match self.scene_facts.objects[object].object.shape {
             Shape::Mesh(_)
@@ -303,7 +304,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         }
     }
 
-    /// Traces a ray through all surfaces, with no back hidden, and records the order of the
+    /// Traces a ray through all surfaces, with backs visible too, and records the order of the
     /// surfaces.
     fn survey_surfaces_behind(&self, ray: &Ray<R>, index: u64, survey: &mut RaySurvey) {
         let (mut range, mut depths) = (Interval::positive(), BTreeMap::<usize, i64>::new());

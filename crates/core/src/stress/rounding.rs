@@ -14,21 +14,22 @@ use crate::prepare::PreparedScene;
 /// Number of rays along the width and the height of the rectangle that an object covers in the
 /// picture.
 const GRID: usize = 96;
-/// Greatest number of objects with rays of their own. More objects share the rays of the whole
-/// picture: `SHARED_GRID` along its width and its height.
+/// `FOCUSED`: greatest number of objects with rays of their own. For more objects, all share the
+/// rays of the whole picture: `SHARED_GRID` along its width and along its height.
 const FOCUSED: usize = 32;
 const SHARED_GRID: usize = 512;
 /// Cosine of two degrees: normals with a smaller angle between them look alike.
 const ALIKE: f64 = 0.9994;
-/// Limits below which a difference is not visible: share of the object's rays, and area in pixels.
+/// A difference is not visible up to these limits. `SHARE`: share of the object's rays. `PIXELS`:
+/// area in pixels.
 const SHARE: f64 = 0.01;
 const PIXELS: f64 = 1.0;
 
 /// Difference between the rays to an object in two precisions, over all cameras.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RoundingEffect {
-    /// Number of rays that hit the object in either precision. Number of those for which the hit
-    /// object or its normal differs.
+    /// `rays`: number of rays that hit the object in either precision. `changed`: number of these
+    /// rays for which the hit object or its normal differs.
     pub rays: u64,
     pub changed: u64,
     /// Greatest differing area in the picture of a camera, in pixels.

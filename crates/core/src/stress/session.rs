@@ -34,7 +34,8 @@ use crate::validate::Problem;
 /// Greatest number of cameras that are checked: the first ones of the scene.
 const CAMERAS: usize = 8;
 
-/// Greatest number of pixels of the small picture of each camera, and of samples of each pixel.
+/// Size of each camera's small picture. `PIXELS`: greatest number of pixels, approximately.
+/// `SAMPLES`: greatest number of samples per pixel.
 const PIXELS: f64 = 20_000.0;
 const SAMPLES: u32 = 16;
 

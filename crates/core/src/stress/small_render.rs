@@ -64,8 +64,8 @@ impl SmallRender {
             && !self.run.is_cut_short()
     }
 
-    /// Returns the mean radiance of visible surfaces. The brightest twentieth of the pixels is left
-    /// out.
+    /// Returns the mean radiance for each pixel that shows a surface: the sum over all pixels
+    /// except the brightest twentieth, divided by the number of such pixels.
     pub fn mean_radiance(&self) -> f64 {
         let value = |pixel: &[f32; 3]| f64::from(pixel.iter().sum::<f32>()) / 3.0;
         let mut values: Vec<f64> = self.picture.rgb.iter().map(value).collect();

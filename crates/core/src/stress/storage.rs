@@ -18,7 +18,7 @@ use crate::validate::{Problem, spans_no_area};
 
 /// Least and greatest usual size of a scene, in metres.
 const USUAL: [f64; 2] = [1e-3, 1e6];
-/// Half the share of the scene's size below which an object is suspiciously small.
+/// An object is suspiciously small if its size is below twice this share of the scene's size.
 const TINY: f64 = 1e-6;
 
 /// An object is an outlier if the reach of the others is a smaller share of its reach than this.
@@ -267,8 +267,8 @@ fn scale_findings(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<Str
 /// An object that extends far beyond most others.
 struct OutlierObject {
     object: usize,
-    /// Distances of the object's farthest corner and of all other objects from the middle of the
-    /// others, in metres.
+    /// `reach`: distance of the object's farthest corner from the middle of the others, in metres.
+    /// `others`: greatest such distance of the others.
     reach: f64,
     others: f64,
 }

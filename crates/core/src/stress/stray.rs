@@ -15,7 +15,8 @@ use crate::scene::MeshData;
 const FAR: f64 = 1e4;
 /// Greatest number of vertices from which the middle and the reach of a mesh are estimated.
 const SAMPLES: usize = 1 << 12;
-/// Share of these vertices within the reach, and greatest share of all vertices that may be stray.
+/// `NEARLY_ALL`: share of the sampled vertices within the mesh's reach. `FEW`: greatest share of
+/// all vertices that may be stray.
 const NEARLY_ALL: f64 = 0.95;
 const FEW: f64 = 0.01;
 
