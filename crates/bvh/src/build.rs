@@ -14,7 +14,7 @@ use crate::aabb::PaddedBox;
 use crate::binary::{BinaryNode, BinaryTree};
 use crate::bvh8::{Bvh8, WIDTH};
 
-/// Kind of acceleration structure. Hits do not depend on it.
+/// Kind of acceleration structure: linear scan or tree. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AcceleratorKind {
     /// A linear scan over all primitives: the oracle of tests, and the O(N) side of the benchmark.

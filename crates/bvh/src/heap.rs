@@ -32,7 +32,7 @@ thread_local! {
     static FALLIBLE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Reason for a refused allocation.
+/// Reason for a refused allocation: the limit of [`limit_heap`], or the system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AllocationRefusal {
     /// The program would exceed the limit of [`limit_heap`].

@@ -16,7 +16,7 @@ impl TraversalCounter for () {
     fn count(&mut self, _: TraversalStats) {}
 }
 
-/// Work counts, summed over any number of queries.
+/// Numbers of nodes, leaves and primitives that queries tested, summed over any number of queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalStats {
     /// Number of visited nodes. A visit tests the boxes of up to eight children.

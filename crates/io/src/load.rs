@@ -28,7 +28,7 @@ pub use input::Input;
 use input::{detect_format, read_input_file};
 use model::{load_model, refuse_model_choices, refuse_up_axis};
 
-/// Options for loading.
+/// Options of [`load`], which replace or complete what a scene or model file contains.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
     /// Time and parameters that replace the file's values. For a model, the time of its animations;
@@ -64,7 +64,7 @@ pub struct ModelOptions {
     pub up: Option<UpAxis>,
 }
 
-/// A loaded and validated scene.
+/// A loaded and validated scene, with its warnings, its origin and the files that it read.
 #[derive(Clone, Debug)]
 pub struct LoadedScene {
     /// The scene, with every expression evaluated and every image and mesh in memory.

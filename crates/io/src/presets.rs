@@ -7,7 +7,7 @@ use crate::native;
 
 include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
 
-/// A built-in scene.
+/// A built-in scene: its name, title and text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Preset {
     /// Name without the extension `.scene.toml`.
@@ -35,7 +35,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     PRESETS.iter().map(|&(name, _)| name)
 }
 
-/// Returns the preset with this name.
+/// Returns the built-in scene with this name.
 ///
 /// # Errors
 /// Of kind [`ErrorKind::Usage`](crate::ErrorKind::Usage) for an unknown name, with the closest

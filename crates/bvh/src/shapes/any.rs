@@ -12,7 +12,7 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A shape of any kind.
+/// Any of the shapes, for code that chooses the kind of a shape at run time.
 #[derive(Clone, Copy, Debug)]
 pub enum AnyShape<R: Real> {
     /// A sphere.

@@ -180,7 +180,8 @@ pub fn judge_near_root_of_quadric<R: Real>(
 }
 
 /// Returns the distance and the point of a ray's hit of an ellipsoid around the origin, in f64. The
-/// computation is in the space where the ellipsoid is the unit sphere. `s` holds the semi-axes, `o` and `d` the ray.
+/// computation is in the space where the ellipsoid is the unit sphere. `s` holds the semi-axes, `o`
+/// and `d` are the ray's origin and direction.
 pub fn intersect_ellipsoid_in_f64(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
     let (f, e) = (o / s, d / s);
     let middle = -f.dot(e) / e.length_squared();

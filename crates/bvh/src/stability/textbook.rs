@@ -217,7 +217,7 @@ fn intersect_triangle(face: &Triangle<f32>, ray: &Ray<f32>) -> Option<f32> {
     (t > 0.0 && t < f32::INFINITY).then_some(t)
 }
 
-/// Whether a ray hits any of the triangles.
+/// Whether a ray hits any of the triangles, by the textbook formula.
 pub fn hits_any(triangles: &[Triangle<f32>], ray: &Ray<f32>) -> bool {
     triangles
         .iter()

@@ -138,7 +138,7 @@ impl ClosedMesh {
     }
 }
 
-/// Point of a closed mesh at which the rays of a case are aimed.
+/// Aim of a case's rays at a closed mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayTarget {
     /// A corner of the mesh.
@@ -151,8 +151,8 @@ pub enum RayTarget {
     Anywhere,
 }
 
-/// Judges rays from inside a closed mesh. Each ray must hit the mesh. `hits` returns whether a ray
-/// does.
+/// Judges rays from inside a closed mesh. Each ray must hit the mesh. `hits` is the tested
+/// function: it returns whether a ray hits the mesh.
 pub fn judge_leaks<R: Real>(
     name: &str,
     mesh: &ClosedMesh,

@@ -137,7 +137,7 @@ pub fn format_ray_bits<R: Real>(ray: &Ray<R>) -> String {
     text
 }
 
-/// Verdict of an oracle about one ray.
+/// Verdict about one ray of a case, from a comparison with an oracle (the exact result).
 #[derive(Debug)]
 pub enum Verdict {
     /// Right. The number is the error as a fraction of its bound, in 0..=1.
@@ -206,7 +206,7 @@ impl RayCount {
     }
 }
 
-/// Outcome of a case: counts of the verdicts about its rays.
+/// Outcome of a case: how many of its rays were judged right, wrong, or not at all.
 #[derive(Clone, Debug)]
 pub struct CaseOutcome {
     /// Name of the case.

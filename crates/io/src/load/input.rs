@@ -10,7 +10,7 @@ use crate::import::MODELS;
 use crate::limits::{Limits, format_bytes};
 use crate::source::{SceneFormat, unsupported_format};
 
-/// Source of a scene.
+/// Source of a scene: a file, bytes in memory, or a built-in scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Input {
     /// A file: a native scene, glTF, GLB, OBJ, STL or PLY.

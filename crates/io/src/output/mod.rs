@@ -39,7 +39,7 @@ pub use read::{StoredPicture, decode_picture, read_picture};
 pub use sheet::ContactSheet;
 pub use web_formats::{encode_jpeg, encode_webp};
 
-/// A picture format, chosen by file extension.
+/// Format of a picture file, chosen by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureFormat {
     /// Display values of 8 or 16 bits.

@@ -12,7 +12,7 @@ use crate::masking::mask_control_characters;
 
 use line::down_arrow_path;
 
-/// A double-logarithmic plot.
+/// A plot with two logarithmic axes, as an SVG picture.
 #[derive(Clone, Debug, Default)]
 pub struct Plot {
     /// Title; empty for a plot inside a page with its own title.
@@ -87,7 +87,7 @@ pub struct PlotMark {
     pub label: String,
 }
 
-/// A colour that has a light and a dark variant, for the reader's theme.
+/// Colour of a line in a plot, with a light and a dark variant for the reader's theme.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ThemeColour {
     /// Orange.

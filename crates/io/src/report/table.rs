@@ -5,7 +5,7 @@ use raywright_core::accuracy::ConfidenceInterval;
 use super::plot::escape_xml;
 use crate::masking::mask_to_one_line;
 
-/// Alignment of a column's cells.
+/// Alignment of the cells in a column of a [`Table`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColumnAlignment {
     /// For text.
@@ -14,7 +14,7 @@ pub enum ColumnAlignment {
     Right,
 }
 
-/// A row of a table. In a row with fewer cells than columns, the last cell spans the remaining
+/// A row of a [`Table`]. In a row with fewer cells than columns, the last cell spans the remaining
 /// columns.
 #[derive(Clone, Debug, Default)]
 pub struct TableRow {
@@ -45,7 +45,8 @@ impl FromIterator<String> for TableRow {
     }
 }
 
-/// A table.
+/// A table of a report: rows of cells, and the alignment of each column. It can be written as text,
+/// Markdown, comma-separated values or HTML.
 #[derive(Clone, Debug)]
 pub struct Table {
     /// Alignment of the cells in each column.
