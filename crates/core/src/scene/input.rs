@@ -21,7 +21,7 @@ impl Colour {
     pub const BLACK: Self = Self([0.0; 3]);
 }
 
-/// A scalar factor: a number, or an expression evaluated at each hit.
+/// A factor of a material: a number, or an expression that is evaluated at each hit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum ScalarFactor {
@@ -56,7 +56,8 @@ fn default_cell_size() -> f64 {
     1.0
 }
 
-/// A number or a colour that may vary over a surface.
+/// Value of a material or sky that may vary: a constant, an expression, an image texture or a
+/// checkerboard. `T` is the type of a constant: a number or a colour.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Input<T> {
@@ -71,13 +72,13 @@ pub enum Input<T> {
     Checker(CheckerInput),
 }
 
-/// A colour that may vary over a surface.
+/// An [`Input`] whose value is a colour.
 pub type ColourInput = Input<Colour>;
 
-/// A number that may vary over a surface.
+/// An [`Input`] whose value is a number.
 pub type NumberInput = Input<f64>;
 
-/// Value type of an [`Input`]: a number or a colour.
+/// Type of a constant in an [`Input`]: a number or a colour.
 pub trait InputValue: Copy + PartialEq + Serialize + 'static {
     /// Description of the accepted values, for messages.
     const EXPECTED: &'static str;
@@ -164,14 +165,14 @@ pub(super) fn default_white() -> Colour {
     Colour::WHITE
 }
 
-/// Texture input in its table form, `{ texture = … }`.
+/// Image texture as the value of an [`Input`]. In a file it is the table `{ texture = … }`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TextureInput {
     /// The texture use.
     pub texture: TextureRef,
 }
 
-/// Checkerboard input in its table form, `{ checker = … }`.
+/// Checkerboard as the value of an [`Input`]. In a file it is the table `{ checker = … }`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CheckerInput {
     /// The two colours and the cell size.

@@ -120,7 +120,8 @@ pub struct Scene {
     pub unread: Vec<UnsupportedProperty>,
 }
 
-/// A material property of an imported file that the scene format cannot represent.
+/// A material property of an imported file that the scene format cannot represent, and that the
+/// picture therefore lacks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnsupportedProperty {
     /// Name of the material.
