@@ -51,7 +51,10 @@ impl<R: Real> PrimitiveSet<R> {
         time: f64,
         room: &'a mut Option<Transform>,
     ) -> (&'a Transform, &'a Geometry<R>) {
-        let transform = match self.motions.get(instance.motion as usize) {
+        let transform = match instance
+            .motion()
+            .and_then(|motion| self.motions.get(motion))
+        {
             None => &instance.transform,
             Some(motion) => room.insert(motion.transform_at(time)),
         };

@@ -24,9 +24,8 @@ use super::traversal_simd::TraversalSimd;
 use super::traverse::{traverse, traverse_instance};
 use super::triangle8::Triangle8;
 use crate::aabb::BoundingSphere;
-use crate::instance::ApproximateInverse;
 use crate::math::simd::{Avx2, Avx512, Portable};
-use crate::shapes::{PreparedRay, TriangleHit};
+use crate::shapes::{PreparedRay, Transform, TriangleHit};
 
 /// Instruction set of the traversal code. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -215,7 +214,7 @@ impl Bvh8 {
     #[inline(never)]
     pub(crate) fn visit_instance(
         &self,
-        inverse: &ApproximateInverse,
+        transform: &Transform,
         bounds: &BoundingSphere,
         ray: &PreparedRay,
         query: &mut TraversalQuery<'_>,
@@ -224,7 +223,7 @@ impl Bvh8 {
         if self.always_row_count > 0 || self.nodes.is_empty() {
             return None;
         }
-        dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_instance::<M>(self, inverse, bounds, ray, query, visitor))
+        dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_instance::<M>(self, transform, bounds, ray, query, visitor))
     }
 
     /// Traverses the tree with a packet of rays. Primitives without a packet test are passed to
@@ -282,8 +281,8 @@ macro_rules! define_traversals {
             /// Traverses the tree of an instance by a world-space ray; `None` if f32 is too
             /// imprecise to map the ray.
             pub(super) fn traverse_instance<M: TraversalMode>(
-                s, bvh: &Bvh8, inverse: &ApproximateInverse, bounds: &BoundingSphere, ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
-            ) { traverse_instance::<_, M>(s, bvh, inverse, bounds, ray, query, visitor) } -> Option<bool>;
+                s, bvh: &Bvh8, transform: &Transform, bounds: &BoundingSphere, ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
+            ) { traverse_instance::<_, M>(s, bvh, transform, bounds, ray, query, visitor) } -> Option<bool>;
             /// Intersects a world-space ray with the rows that every query tests.
             pub(super) fn intersect_rows_outside_tree<M: TraversalMode>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor

@@ -5,8 +5,6 @@ use glam::DVec3;
 use super::optimisation_barrier::optimisation_barrier;
 use super::triangle8::LARGE_COORDINATE;
 use crate::aabb::{Aabb, BoundingSphere};
-use crate::instance::ApproximateInverse;
-use crate::shapes::PreparedRay;
 
 /// Greatest direction length for which the triangle filter is used; the least is 2/`MAX_LENGTH`.
 /// Outside this range f32 might overflow or underflow, so every triangle gets the exact test.
@@ -17,8 +15,11 @@ const W: f32 = 1.110_223e-16;
 /// Least absolute value of a direction component after scaling. Smaller components are replaced by
 /// it.
 const MIN_COMPONENT: f64 = 1e-20;
-/// Least squared direction length of a ray that is mapped in f32. Its inverse is the greatest.
-const MIN_LENGTH_SQUARED: f32 = 1e-24;
+/// Least squared length of a mapped direction that is rounded to f32. Its inverse is the greatest.
+const MIN_LENGTH_SQUARED: f32 = 1e-20;
+/// Greatest coordinate, in radii of the bounding sphere, for which an origin is rounded to f32. Some
+/// roundings of such a coordinate are below one percent of the radius.
+const MAX_COORDINATE: f32 = 10_000.0;
 /// Factor on error bounds. It covers the rounding errors of the computation of the bound itself.
 const ROUNDING_FACTOR: f32 = 1.000_01;
 
@@ -30,14 +31,13 @@ pub(crate) struct TraversalRay {
     pub leaf_ray: LeafRay,
 }
 
-/// Result of mapping a world-space ray to an instance's space in f32.
+/// Result of rounding a ray in an instance's space to f32.
 pub(crate) enum ApproximateRay {
     /// The ray misses the bounding sphere of the instanced geometry.
     Miss,
-    /// The mapped ray, and the world-space distance at which it starts.
+    /// The rounded ray, and the distance at which it starts.
     Hit(TraversalRay, f32),
-    /// Mapping in f32 is too imprecise: the error may exceed one percent of the bounding sphere's
-    /// radius, or the mapped direction is too long or too short.
+    /// The ray or the sphere is too far away for f32, or the direction is too long or too short.
     Imprecise,
 }
 
@@ -100,12 +100,26 @@ fn min_abs_component(v: [f32; 3]) -> f32 {
 impl TraversalRay {
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3], near: f32) -> Self {
-        let inverse = direction.map(|d| optimisation_barrier(1.0 / d));
         let squared =
             direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2];
         // An upper bound of the length for directions shorter or longer than one, computed without
         // a square root. It is tight, since directions have unit length up to rounding.
-        let length = optimisation_barrier(max_or_second(squared, 1.0)) * ROUNDING_FACTOR;
+        let length = optimisation_barrier(max_or_second(squared, 1.0));
+        Self::with_length(origin, direction, near, squared, length)
+    }
+
+    /// Creates the ray as [`Self::new`], for a direction of any length. `squared` is its squared
+    /// length, and `length` its length or more, up to rounding.
+    #[inline(always)]
+    fn with_length(
+        origin: [f32; 3],
+        direction: [f32; 3],
+        near: f32,
+        squared: f32,
+        length: f32,
+    ) -> Self {
+        let inverse = direction.map(|d| optimisation_barrier(1.0 / d));
+        let length = length * ROUNDING_FACTOR;
         let is_in_range = squared < MAX_LENGTH * MAX_LENGTH
             && squared > 4.0 / (MAX_LENGTH * MAX_LENGTH)
             && max_abs_component(origin) < LARGE_COORDINATE;
@@ -174,70 +188,60 @@ impl TraversalRay {
         )
     }
 
-    /// Computes the ray of [`TraversalRay::from_f64_ray`] from a world-space ray, in f32 alone, and
-    /// the distance at which it starts.
+    /// Computes the ray of [`TraversalRay::from_f64_ray`] from the origin and the direction of a ray
+    /// in an instance's space, and the distance at which it starts. All but the moved origin is
+    /// computed in f32, so the starting distance is rounded more. Any starting distance gives the
+    /// same hits.
     ///
-    /// Its errors are greater than those of the f64 version. The error of the origin includes the
-    /// rounding of the map. The error of the direction acts over the distance to the instanced
-    /// geometry and through it. In the bound of a determinant it is multiplied by E², the squared
-    /// longer edge.
+    /// The error bound is the same on each axis. It is the rounding of the moved origin, and that of
+    /// the direction along the diameter of the bounding sphere, which is two radii. A tenth of a
+    /// radius more covers the rounding of the starting distance.
     #[inline(always)]
-    pub fn map_ray_in_f32(
-        inverse: &ApproximateInverse,
-        ray: &PreparedRay,
+    pub fn from_mapped_ray(
+        [origin, direction]: [DVec3; 2],
         near: f32,
         bounds: &BoundingSphere,
     ) -> ApproximateRay {
         let stored = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32];
-        let ([o, d], [origin_error, direction_error]) =
-            inverse.map_ray(stored(ray.origin), stored(ray.direction));
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let (squared, [x, y, z]) = (dot(d, d), bounds.centre);
-        let shorter = 1.0 / squared.sqrt();
-        // The margin of the bounding sphere exceeds the error that the ray has at the sphere.
+        let (o, d, [x, y, z]) = (stored(origin), stored(direction), bounds.centre);
+        let squared = dot(d, d);
+        // The root and the quotient do not wait for each other.
+        let (inverse, length) = (1.0 / squared, squared.sqrt());
+        let to_centre = [x - o[0], y - o[1], z - o[2]];
         let (middle, half) = (
-            dot([x - o[0], y - o[1], z - o[2]], d) * (shorter * shorter),
-            bounds.radius * shorter,
+            dot(to_centre, d) * inverse,
+            bounds.radius * (length * inverse),
         );
-        let start = max_or_second(middle - half, near - near.abs() * (4.0 * U));
-        let ray_error = origin_error + direction_error * (start.abs() + 2.0 * half);
-        if !(ray_error <= bounds.radius * 0.01
+        // The margin of the bounding sphere exceeds the error that the ray has at the sphere.
+        let greatest = max_or_second(max_abs_component(o), max_abs_component(to_centre));
+        if !(greatest < bounds.radius * MAX_COORDINATE
             && squared > MIN_LENGTH_SQUARED
             && squared < 1.0 / MIN_LENGTH_SQUARED)
         {
             return ApproximateRay::Imprecise;
         }
         let nearest = [
-            o[0] + d[0] * middle - x,
-            o[1] + d[1] * middle - y,
-            o[2] + d[2] * middle - z,
+            d[0] * middle - to_centre[0],
+            d[1] * middle - to_centre[1],
+            d[2] * middle - to_centre[2],
         ];
         if dot(nearest, nearest) > bounds.radius * bounds.radius {
             return ApproximateRay::Miss;
         }
-        let moved = [
-            o[0] + d[0] * start,
-            o[1] + d[1] * start,
-            o[2] + d[2] * start,
-        ];
-        let direction = d.map(|d| max_or_second(d.abs(), MIN_COMPONENT as f32).copysign(d));
-        let traversal_ray = Self::new(
+        let start = max_or_second(middle - half, near - near.abs() * (4.0 * U));
+        let moved = stored(origin + direction * f64::from(start));
+        let near_margin = (near.abs() + start.abs()) * (4.0 * U);
+        let error = (max_abs_component(moved) + 2.1 * bounds.radius) * (1.01 * U);
+        let traversal_ray = Self::with_length(
             moved,
-            direction,
-            max_or_second((near - start).next_down(), 0.0),
+            d.map(|d| max_or_second(d.abs(), MIN_COMPONENT as f32).copysign(d)),
+            max_or_second(near - start - near_margin, 0.0),
+            squared,
+            length,
         )
-        .widen_error_bounds([ray_error; 3], 3.0 * ray_error);
-        let determinant = traversal_ray.leaf_ray.determinant + 6.0 * direction_error;
-        ApproximateRay::Hit(
-            Self {
-                leaf_ray: LeafRay {
-                    determinant,
-                    ..traversal_ray.leaf_ray
-                },
-                ..traversal_ray
-            },
-            start,
-        )
+        .widen_error_bounds([error; 3], 3.0 * error);
+        ApproximateRay::Hit(traversal_ray, start)
     }
 
     /// Increases the error bounds of the ray, for an origin whose error on each axis is at most
@@ -312,10 +316,11 @@ impl RayReparametrisation {
     }
 
     /// Converts the far end of a range to a distance of the traversal. Every hit whose distance,
-    /// rounded to f32, is at most `t` has a converted distance below the result.
+    /// rounded to f32, is at most `t` has a converted distance of at most the result. Two units of
+    /// the margin are for that rounding, two for the rounding of the result.
+    #[inline(always)]
     pub fn traversal_far_distance(&self, t: f32) -> f32 {
         let t = f64::from(t);
-        self.traversal_distance(t + (t.abs() + self.start.abs()) * (2.0 * f64::from(U)))
-            .next_up()
+        self.traversal_distance(t + (t.abs() + self.start.abs()) * (4.0 * f64::from(U)))
     }
 }

@@ -19,10 +19,9 @@ use super::traversal_ray::{ApproximateRay, RayReparametrisation, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::{Bvh8, Bvh8Node, ChildRef, WIDTH};
 use crate::aabb::BoundingSphere;
-use crate::instance::ApproximateInverse;
 use crate::math::simd::Simd;
 use crate::processor::prefetch_line;
-use crate::shapes::PreparedRay;
+use crate::shapes::{PreparedRay, Transform};
 
 /// Greatest accepted distance: `value` for triangles, `box_value` for box tests, which is raised by
 /// the rounding of box distances, and `box_lanes` with `box_value` in all lanes.
@@ -125,14 +124,14 @@ fn prefetch_child(bvh: &Bvh8, child: ChildRef) {
 pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
-    inverse: &ApproximateInverse,
+    transform: &Transform,
     bounds: &BoundingSphere,
     ray: &PreparedRay,
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> Option<bool> {
     let (traversal_ray, start) =
-        match TraversalRay::map_ray_in_f32(inverse, ray, query.range.min, bounds) {
+        match TraversalRay::from_mapped_ray(transform.map_ray(ray), query.range.min, bounds) {
             ApproximateRay::Miss => return Some(false),
             ApproximateRay::Hit(traversal_ray, start) => (traversal_ray, start),
             ApproximateRay::Imprecise => return None,

@@ -127,9 +127,9 @@ impl<R: Real> Geometry<R> {
     /// Runs a query inside an instance by a world-space ray. Returns whether a hit ended the query,
     /// and the query.
     ///
-    /// Box tests and filters use the ray mapped in f32, if that is precise enough for the instanced
-    /// geometry. The ray for exact tests is mapped in f64 at its first use, since most rays that
-    /// enter an instance's box hit nothing in it.
+    /// Box tests and filters use the mapped ray rounded to f32, if that is precise enough for the
+    /// instanced geometry. The ray for exact tests is prepared at its first use, since most rays
+    /// that enter an instance's box hit nothing in it.
     #[inline(always)]
     pub(super) fn visit_instance<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -142,6 +142,7 @@ impl<R: Real> Geometry<R> {
         let part = &self.primitives.parts[instance.part as usize];
         if let Some(bvh) = part.simd_tree()
             && part.unbounded == 0
+            && instance.motion().is_none()
         {
             let mut visitor = QueryVisitor {
                 geometry: part,
@@ -153,7 +154,7 @@ impl<R: Real> Geometry<R> {
                 RaySource::InInstance(&instance.transform, ray),
             );
             let ended = bvh.visit_instance(
-                &instance.to_object,
+                &instance.transform,
                 &part.sphere,
                 ray,
                 &mut traversal,

@@ -9,6 +9,7 @@ use crate::scalar::{Real, Vector};
 
 /// An invertible affine map, with the inverse of its linear part.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub struct Transform {
     /// Object-to-world map.
     pub(crate) to_world: DAffine3,
@@ -62,14 +63,17 @@ impl Transform {
     /// along the ray are the same numbers in both spaces, and hits and ranges need no conversion.
     #[inline]
     pub fn ray_to_object(&self, prepared_ray: &PreparedRay) -> PreparedRay {
+        let [origin, direction] = self.map_ray(prepared_ray);
+        PreparedRay::from_mapped_ray(origin, direction, prepared_ray.is_camera_ray)
+    }
+
+    /// Returns the origin and the direction of [`Self::ray_to_object`].
+    #[inline(always)]
+    pub(crate) fn map_ray(&self, prepared_ray: &PreparedRay) -> [DVec3; 2] {
         // The translation is subtracted first, so that the map does not magnify the rounding of a
         // cancelled sum.
-        let origin = self.inverse * (prepared_ray.origin - self.to_world.translation);
-        PreparedRay::from_mapped_ray(
-            origin,
-            self.inverse * prepared_ray.direction,
-            prepared_ray.is_camera_ray,
-        )
+        let offset = prepared_ray.origin - self.to_world.translation;
+        [self.inverse * offset, self.inverse * prepared_ray.direction]
     }
 
     /// Maps a surface point from object space to the world. Positions are mapped by the map, the

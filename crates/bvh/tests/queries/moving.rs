@@ -310,9 +310,9 @@ fn only_motion_takes_bytes() {
         };
         bytes(9) - bytes(8)
     };
-    // A slot; the f32 inverse for boxes; the part; twelve numbers of the map, nine of its inverse
-    // and its magnification; an optional box; rounded to whole cache lines.
-    let still = 16 + 64 + 8 + 22 * 8 + 7 * 8 + 16;
+    // A slot; an optional box; twelve numbers of the map, nine of its inverse and its magnification;
+    // the part; rounded to whole pairs of cache lines.
+    let still = 16 + 7 * 8 + 22 * 8 + 8 + 16;
     assert_eq!(
         more(&|group, part| group.add_instance(part, halved(), ASKED)),
         still
