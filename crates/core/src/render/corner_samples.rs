@@ -31,8 +31,14 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
         {
             let lower = &lattice[(y + 1) * row..][..row];
             for (x, (top, bottom)) in upper.windows(2).zip(lower.windows(2)).enumerate() {
-                let entered = [&bottom[0], &bottom[1], &top[0], &top[1]]
-                    .map(|&(radiance, shares)| pixel.add_sample(radiance, shares));
+                // A loop: a closure for `map` would be called, not inlined.
+                let mut entered = [false; 4];
+                for (entered, &(radiance, shares)) in entered
+                    .iter_mut()
+                    .zip([&bottom[0], &bottom[1], &top[0], &top[1]])
+                {
+                    *entered = pixel.add_sample(radiance, shares);
+                }
                 dropped += entered.iter().filter(|entered| !**entered).count() as u64;
                 finish(buffer, pixel.finish_pixel());
                 if !hits.is_empty() {
