@@ -12,6 +12,7 @@ pub use packet::{PacketBackoff, RayPacket};
 
 use core::ops::Range;
 
+use crate::bvh8::optimisation_barrier;
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
 use crate::ray_ends::{RayEnds, TriangleSlot};
@@ -39,11 +40,20 @@ struct SlotHit<R> {
 }
 
 /// Whether all numbers of a ray, and their sum, are finite. A ray with a NaN would hit nothing but
-/// enter every box, at the cost of a linear scan.
+/// enter every box, at the cost of a linear scan. Each number is read by itself: a ray was written
+/// just before, number by number, and a read of two together would wait for both writes.
 #[inline(always)]
 fn is_finite_ray<R: Real>(ray: &Ray<R>) -> bool {
-    let sums = ray.origin + ray.direction;
-    (sums.x() + sums.y() + sums.z()).abs() < R::INFINITY
+    let sum = |axis| {
+        let (origin, direction) = (ray.origin.component(axis), ray.direction.component(axis));
+        if R::IS_SINGLE {
+            let alone = |number: R| R::from_f32(optimisation_barrier(number.to_f32()));
+            alone(origin) + alone(direction)
+        } else {
+            origin + direction
+        }
+    };
+    (sum(0) + sum(1) + sum(2)).abs() < R::INFINITY
 }
 
 impl<R: Real> Geometry<R> {
@@ -183,21 +193,20 @@ impl<R: Real> Geometry<R> {
             return false;
         }
         let mut accept = |slot_hit: SlotHit<R>| filter(&self.to_hit(&slot_hit));
-        let query = AnyHitQuery::<_, true> {
-            range,
-            accept: &mut accept,
-        };
+        let accept = &mut accept;
+        // The query is written where it is used: one that was written elsewhere and copied had to
+        // be waited for.
         match self.simd_tree() {
             Some(bvh) => self.visit_f32_ray(
                 bvh,
                 (ray, ends),
                 &mut QueryVisitor {
                     geometry: self,
-                    query,
+                    query: AnyHitQuery::<_, true> { range, accept },
                     stats,
                 },
             ),
-            None => self.visit_prepared_ray(ray, query, stats),
+            None => self.visit_prepared_ray(ray, AnyHitQuery::<_, true> { range, accept }, stats),
         }
     }
 

@@ -202,9 +202,10 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> QueryVisitor<'_, R, Q, T> {
         TraversalQuery {
             ends_at_any_hit: Q::ANY,
             counts_work: T::COUNTS,
+            // Each by itself: they were written just before, one by one.
             range: Interval {
-                min: min.to_f32(),
-                max: max.to_f32(),
+                min: optimisation_barrier(min.to_f32()),
+                max: optimisation_barrier(max.to_f32()),
             },
             far: self.query.max_distance().to_f32(),
             is_camera_ray: culls,

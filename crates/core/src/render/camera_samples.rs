@@ -102,7 +102,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
     /// Generates the camera ray of a sample. `u` and `v` are its position in pixels, relative to the
     /// upper left corner of the sample's pixel. Both are 0 to 1 for the box filter; wider filters
     /// reach beyond the pixel.
-    #[inline]
+    #[inline(always)]
     fn generate_camera_ray(&self, address: SampleAddress, [u, v]: [f32; 2]) -> Ray<R> {
         let [x, y] = address.pixel;
         let camera = self.camera;

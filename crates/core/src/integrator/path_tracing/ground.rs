@@ -51,13 +51,17 @@ impl<R: Real> PathTracer<'_, R> {
             |direction| directions.push(Vector::from_f64(direction)),
         );
         for (&(index, point, time), &direction) in hit_points.iter().zip(&directions) {
-            let (shadow_ray, range) = (
-                Ray::new(point, direction).with_time(time),
-                Interval {
-                    min: zero,
-                    max: R::INFINITY,
-                },
-            );
+            // Written once: a ray that is copied just after it was written is waited for.
+            let shadow_ray = Ray {
+                origin: Vector::new(point.x(), point.y(), point.z()),
+                direction: Vector::new(direction.x(), direction.y(), direction.z()),
+                time,
+                is_camera_ray: false,
+            };
+            let range = Interval {
+                min: zero,
+                max: R::INFINITY,
+            };
             self.counters.shadow += 1;
             shares[index] = scene
                 .trace_shadow((&shadow_ray, range), &ShadowRayTarget::Infinity, false)
