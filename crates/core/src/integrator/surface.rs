@@ -1,6 +1,6 @@
 //! Creation of an interaction from a hit: surface point, texture coordinates and shading normal.
 
-use raywright_bvh::{Hit, Ray, Real, Vector};
+use raywright_bvh::{Hit, Ray, Real, Vector, prefetch};
 
 use crate::interaction::{Interaction, interpolate_vertex_attribute};
 use crate::material::ensure_reflection_above;
@@ -77,6 +77,35 @@ impl<R: Real> PathSegment<R> {
     }
 }
 
+impl<R: Real> PreparedScene<R> {
+    /// Prefetches the vertex indices of a hit triangle of a mesh.
+    #[inline(always)]
+    pub fn prefetch_vertex_indices(&self, hit: &Hit<R>) {
+        if let Some(mesh) = &self.objects[hit.outermost_id() as usize].mesh {
+            prefetch(
+                &self.meshes[mesh.mesh as usize].indices,
+                hit.primitive as usize,
+            );
+        }
+    }
+
+    /// Prefetches the normals and the first texture coordinates of a hit triangle's vertices.
+    #[inline(always)]
+    pub fn prefetch_vertex_attributes(&self, hit: &Hit<R>) {
+        let Some(mesh) = &self.objects[hit.outermost_id() as usize].mesh else {
+            return;
+        };
+        let data = &self.meshes[mesh.mesh as usize];
+        let uvs = data.uvs.get(mesh.uv_sets.trailing_zeros() as usize);
+        for index in data.indices[hit.primitive as usize] {
+            prefetch(&data.normals, index as usize);
+            if let Some(uvs) = uvs {
+                prefetch(uvs, index as usize);
+            }
+        }
+    }
+}
+
 impl<R: Real> Interaction<R> {
     /// Creates the interaction of a hit.
     #[inline(always)]
@@ -149,7 +178,8 @@ impl<R: Real> Interaction<R> {
         self.object = hit.outermost_id();
         self.material = scene.objects[self.object as usize].material;
         self.normal = self.surface.normal;
-        self.outside = ray.direction.dot(self.normal) < R::ZERO;
+        // Not of the copy, which would be waited for.
+        self.outside = ray.direction.dot(self.surface.normal) < R::ZERO;
         self.direction = ray.direction;
         self.origin = ray.origin;
         self.distance = hit.t;

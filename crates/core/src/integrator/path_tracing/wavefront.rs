@@ -198,8 +198,8 @@ impl<R: Real> PathTracer<'_, R> {
         hits.retain(Option::is_some);
     }
 
-    /// Computes points, frames and texture coordinates of hits, and prefetches their texels, before
-    /// any texel is read.
+    /// Computes points, frames and texture coordinates of hits, in stages: each prefetches for all
+    /// hits what the next one reads, vertex indices, vertices, and texels.
     fn compute_interactions(
         &self,
         Wavefront {
@@ -217,11 +217,21 @@ impl<R: Real> PathTracer<'_, R> {
         let rays = active
             .iter()
             .map(|&index| &paths[index as usize].segment.ray);
+        let has_meshes = !self.scene.meshes.is_empty();
+        let with_indices = hits.clone().inspect(|hit| {
+            if has_meshes {
+                self.scene.prefetch_vertex_indices(hit);
+            }
+        });
         self.scene
             .geometry
-            .surfaces(rays.zip(hits.clone()), |k, surface| {
+            .surfaces(rays.zip(with_indices), |k, surface| {
                 interactions[k].surface = surface
             });
+        if has_meshes {
+            hits.clone()
+                .for_each(|hit| self.scene.prefetch_vertex_attributes(hit));
+        }
         for ((&index, hit), interaction) in active.iter().zip(hits).zip(interactions) {
             let segment = &paths[index as usize].segment;
             interaction.fill_geometry_from_surface(self.scene, &segment.ray, hit);
