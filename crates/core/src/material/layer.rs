@@ -58,6 +58,11 @@ impl<N: Number> Coating<N> {
         sheen: None,
     };
 
+    /// Whether there is neither coat nor sheen.
+    fn is_absent(&self) -> bool {
+        self.coat.is_none() && self.sheen.is_none()
+    }
+
     /// Returns the share of light that crosses coat and sheen once, inwards or outwards, along a
     /// direction above the surface.
     pub(super) fn one_way_transmittance(&self, normal: N::Vec3, direction: N::Vec3) -> N {
@@ -220,6 +225,8 @@ impl<N: Number> CoatedLobe<N> {
         let (some, none) = (self.importance.greater_than(N::ZERO), N::Vec3::ZERO);
         let scattered = if own == none {
             own
+        } else if self.coating.is_absent() {
+            N::Vec3::select(some, own, none)
         } else {
             N::Vec3::select(
                 some,
@@ -236,10 +243,13 @@ impl<N: Number> CoatedLobe<N> {
         let LayerLobe::ThinDielectric(wall) = &self.lobe else {
             return N::Vec3::ZERO;
         };
-        wall.straight_transmittance(normal.dot(wo))
-            * self
-                .coating
-                .two_way_transmittance(&Directions::new(normal, wo, -wo))
+        let own = wall.straight_transmittance(normal.dot(wo));
+        if self.coating.is_absent() {
+            return own;
+        }
+        own * self
+            .coating
+            .two_way_transmittance(&Directions::new(normal, wo, -wo))
     }
 }
 
@@ -306,6 +316,9 @@ impl<N: Number> ScatteringLobe<N> for CoatedLobe<N> {
 
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let (direction, weight) = ask!(self.lobe, lobe => lobe.sample_delta(normal, wo, u));
+        if self.coating.is_absent() {
+            return (direction, weight);
+        }
         (
             direction,
             weight
