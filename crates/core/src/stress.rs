@@ -37,6 +37,7 @@ mod coplanar;
 mod count;
 mod covers;
 mod duplicates;
+mod enclosing_glass;
 mod faces;
 mod facts;
 mod fans;

@@ -4,7 +4,6 @@
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::LightSurvey;
-use super::lights;
 use super::numbers::metres;
 use super::small_render::SmallRender;
 use crate::counters::Counters;
@@ -58,7 +57,7 @@ impl ChanceNoise<'_> {
         &self,
         picture: &SmallRender,
         lamp: usize,
-        glass: FindingSubject,
+        glass: usize,
     ) -> Option<StressFinding> {
         let mut lamps = self.survey.lamps.iter();
         let radiance = lamps.find(|entry| entry.object == lamp)?.radiance;
@@ -77,13 +76,16 @@ impl ChanceNoise<'_> {
                 .filter(|object_facts| object_facts.emits_light())
         };
         let within = lamps().find_map(|object_facts| {
-            let glass = lights::enclosing_glass(scene_facts, object_facts.subject.list_index())?;
+            let glass = self
+                .survey
+                .enclosing_glass(object_facts.subject.list_index())?;
             Some((object_facts, glass))
         });
         if let Some((object_facts, glass)) = within {
             enclosed_light_finding(scene_facts, object_facts.subject.list_index(), glass)
         } else if let Some(lamp) = lamps().next() {
             let reason = "lamps and suns that shine by way of mirrors or glass are met by chance, and hardly any path meets one";
+            let place = lamp.bounds.and_then(|bounds| finite_point(bounds.centre()));
             let lamp = lamp.subject.display_name(scene_facts.scene);
             // What is thin already, and mirrors, can only be rougher.
             let has_body = scene_facts
@@ -97,7 +99,7 @@ impl ChanceNoise<'_> {
             let remedy = format!(
                 "make {lamp} larger{thin} or mirrors and glass rough; or render with more --spp"
             );
-            new_light_by_chance_finding(FindingSubject::Scene, reason, remedy)
+            new_light_by_chance_finding(FindingSubject::Scene, reason, remedy).with_place(place)
         } else if matches!(scene_facts.scene.sky, Some(Sky::Studio(_))) {
             let reason = "the studio's lights are met by way of mirrors or glass, and hardly any path meets one";
             let remedy = "render with more --spp, or another environment (--env), or make the mirrors or the glass rough";
@@ -124,12 +126,10 @@ fn new_light_by_chance_finding(
 fn enclosed_light_finding(
     scene_facts: &SceneFacts<'_>,
     lamp: usize,
-    glass: FindingSubject,
+    glass: usize,
 ) -> StressFinding {
-    let (object_facts, glass) = (
-        &scene_facts.objects[lamp],
-        glass.display_name(scene_facts.scene),
-    );
+    let [object_facts, glass] = [lamp, glass].map(|object| &scene_facts.objects[object]);
+    let glass = glass.subject.display_name(scene_facts.scene);
     let across = object_facts
         .bounds
         .map_or(0.0, |bounds| bounds.extent().max_element());

@@ -3,12 +3,15 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
+use raywright_bvh::{Aabb, Hit, Interval, Ray, Real, Vector};
 
+use super::RayDeadline;
+use super::enclosing_glass::GlassBodies;
 use super::facts::{SceneFacts, SurfaceKind};
+use super::finding::CheckRun;
 use crate::dispatch::PreparedSceneTask;
 use crate::prepare::PreparedScene;
-use crate::scene::{Colour, LightKind, MaterialModel};
+use crate::scene::{Colour, Light, LightKind, MaterialModel};
 
 /// Limits on the rays that leave delta lights:
 /// - `LIGHTS`: greatest number of lights.
@@ -29,6 +32,8 @@ const HITS: usize = 64;
 const IN_SURFACE: f64 = 1e-6;
 /// Share of a ray's length at both ends within which surfaces do not block it.
 const NEAR: f64 = 1e-4;
+/// Greatest number of lamps around which a body of glass is looked for.
+const LAMPS: usize = 1000;
 /// Number of sampled directions from which the greatest radiance of the sky is found.
 const SKY_DIRECTIONS: usize = 256;
 
@@ -65,13 +70,18 @@ pub(super) struct Lamp {
     pub radiance: f64,
     /// Distance of the object's centre from the nearest camera, in metres.
     pub eye_distance: f64,
+    /// Object of the body of glass around it.
+    pub glass: Option<usize>,
 }
 
 /// Survey of the lights, for a single camera or for several.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightSurvey {
-    /// The first lights of the scene's list, in order.
+    /// The first lights of the scene's list, in order. A light that the deadline left out has a result
+    /// without rays.
     pub lights: Vec<LightReach>,
+    /// Number of lights from which rays were sent, for the first camera.
+    pub surveyed: u64,
     pub lamps: Vec<Lamp>,
     /// Greatest radiance among directions sampled by the sky's brightness, the mean of three
     /// channels.
@@ -96,6 +106,21 @@ impl LightSurvey {
         self
     }
 
+    /// Returns the number of surveyed lights, and the number planned.
+    pub fn to_check_run(&self) -> CheckRun {
+        CheckRun {
+            name: "rays of the lights",
+            looked_at: self.surveyed,
+            unit: "lights",
+            planned: self.lights.len() as u64,
+        }
+    }
+
+    /// Returns the body of glass around a lamp. Both are indices into the facts of objects.
+    pub fn enclosing_glass(&self, object: usize) -> Option<usize> {
+        self.lamps.iter().find(|lamp| lamp.object == object)?.glass
+    }
+
     /// Returns the greatest radiance of emissive objects and of the sky.
     pub fn max_radiance(&self) -> f64 {
         let lamps = self.lamps.iter().map(|lamp| lamp.radiance);
@@ -107,6 +132,7 @@ pub(super) struct LightSurveyTask<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
     pub size: [u32; 2],
     pub eye: DVec3,
+    pub deadline: &'a RayDeadline<'a>,
 }
 
 impl PreparedSceneTask for LightSurveyTask<'_> {
@@ -124,16 +150,15 @@ impl PreparedSceneTask for LightSurveyTask<'_> {
             false => tracer.seen_places(self.size),
         };
         let count = (ALL_RAYS / lights.len().max(1)).clamp(64, MOST_RAYS);
-        let lights = lights
-            .par_iter()
-            .take(LIGHTS)
-            .map(|light| match light.colour {
-                Colour::BLACK => LightReach::default(),
-                _ => tracer.survey_light(&light.kind, count, &seen),
-            })
-            .collect();
+        let survey = |light: &Light| match light.colour {
+            _ if self.deadline.has_passed() => None,
+            Colour::BLACK => Some(LightReach::default()),
+            _ => Some(tracer.survey_light(&light.kind, count, &seen)),
+        };
+        let lights: Vec<Option<LightReach>> = lights.par_iter().take(LIGHTS).map(survey).collect();
         LightSurvey {
-            lights,
+            surveyed: lights.iter().flatten().count() as u64,
+            lights: lights.into_iter().map(Option::unwrap_or_default).collect(),
             lamps: tracer.lamps(),
             sky_radiance: tracer.sky_radiance(),
         }
@@ -311,7 +336,13 @@ impl<R: Real> LightTracer<'_, R> {
 
     fn lamps(&self) -> Vec<Lamp> {
         let emitters = &self.prepared.lights.emitters;
-        let lamp = |(object, area, power, radiance): (usize, f64, f64, f64)| {
+        let glass_bodies = GlassBodies::from_scene(self.scene_facts);
+        let closest_hit = |from: DVec3, direction: DVec3, least: f64| {
+            let hit = self.closest(from, direction, [least, f64::INFINITY])?;
+            Some((self.facts_index(&hit), hit.t.to_f64()))
+        };
+        let glass_around = |bounds: Aabb| glass_bodies.find_around(&bounds, closest_hit);
+        let lamp = |(index, (object, area, power, radiance)): (usize, (usize, f64, f64, f64))| {
             let object = self.scene_facts.facts_index(object as u32);
             let bounds = self.scene_facts.objects[object].bounds;
             Lamp {
@@ -320,9 +351,10 @@ impl<R: Real> LightTracer<'_, R> {
                 power,
                 radiance,
                 eye_distance: bounds.map_or(0.0, |b| b.centre().distance(self.eye)),
+                glass: bounds.filter(|_| index < LAMPS).and_then(glass_around),
             }
         };
-        emitters.areas_and_powers().map(lamp).collect()
+        emitters.areas_and_powers().enumerate().map(lamp).collect()
     }
 
     fn sky_radiance(&self) -> f64 {
@@ -360,7 +392,11 @@ fn lights_direction(kind: &LightKind, towards: DVec3) -> bool {
 }
 
 /// Returns directions spread evenly over a cone. `lowest` is the cosine of its half angle.
-fn directions_in_cone(axis: DVec3, lowest: f64, count: usize) -> impl Iterator<Item = DVec3> {
+pub(super) fn directions_in_cone(
+    axis: DVec3,
+    lowest: f64,
+    count: usize,
+) -> impl Iterator<Item = DVec3> {
     const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
     let (x, y) = axis.any_orthonormal_pair();
     (0..count).map(move |i| {

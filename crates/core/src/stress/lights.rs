@@ -8,7 +8,7 @@ use glam::DVec3;
 use raywright_bvh::Aabb;
 
 use super::cameras::{CameraView, item_nearest_to_camera};
-use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
+use super::facts::{ObjectFacts, SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_reach;
 use super::light_survey::LightSurvey;
@@ -221,24 +221,6 @@ fn sky_spike_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
         )
         .with_count(count, pixels.len() as u64, "texels", "had that much light")
     })
-}
-
-/// Returns the glass body whose bounding box encloses that of an object.
-pub(super) fn enclosing_glass(
-    scene_facts: &SceneFacts<'_>,
-    object: usize,
-) -> Option<FindingSubject> {
-    const MOST: usize = 1000;
-    let bounds = scene_facts.objects[object].bounds?;
-    let holds =
-        |outer: &Aabb| outer.min.cmplt(bounds.min).all() && outer.max.cmpgt(bounds.max).all();
-    scene_facts
-        .objects
-        .iter()
-        .filter(|other| other.matter == SurfaceKind::Body)
-        .take(MOST)
-        .find(|other| other.bounds.is_some_and(|outer| holds(&outer)))
-        .map(|other| other.subject)
 }
 
 /// Returns the greatest radiance that a surface or the sky emits. Returns `None` if it is unknown,

@@ -186,7 +186,7 @@ fn unreached_light_findings(
             return None;
         }
         if let FindingSubject::Object(index) = subject
-            && let Some(glass) = lights::enclosing_glass(scene_facts, index)
+            && let Some(glass) = survey.enclosing_glass(index)
         {
             return noise.check_enclosed_lamp(first, index, glass);
         }

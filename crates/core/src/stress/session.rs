@@ -283,6 +283,7 @@ impl StressSession<'_> {
             scene_facts,
             size,
             eye: view.eye(),
+            deadline,
         }));
         let mut picture = SmallRender::render_small_picture(ready, view.index, &self.deadline);
         if picture.is_black() {
@@ -317,8 +318,14 @@ impl CameraCheckResults {
         let rays = self.rays.iter().map(RaySurvey::to_check_run);
         let aimed = self.aimed.iter().map(AimedRayResult::to_check_run);
         let mut sums: Vec<CheckRun> = Vec::new();
+        let lights = self
+            .lights
+            .iter()
+            .filter(|survey| !survey.lights.is_empty());
+        let lights = lights.map(LightSurvey::to_check_run);
         for run in rays
             .chain(aimed)
+            .chain(lights)
             .chain(self.pictures.iter().map(|picture| picture.run.clone()))
             .chain([furnaces])
         {

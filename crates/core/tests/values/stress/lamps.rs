@@ -172,6 +172,46 @@ fn chance_is_judged_by_the_light_that_it_brings() {
     assert!(!by_chance(0.55, 5.0, 64));
 }
 
+/// Protects: a lamp in the box of a ball of glass and not in the ball is not within glass; the place
+/// of the lamp to be made larger is told.
+#[test]
+fn a_lamp_beside_glass_is_not_within_it() {
+    let lit = scene(&json!({
+        "materials": with_lamp(3000.0), "sky": { "constant": 0.01 },
+        "render": { "size": [160, 90], "samples": 16, "integrator": "path" },
+        "objects": [floor(), object("globe", ball([0.0, 0.7, 0.0], 0.6), "glass"),
+                    object("spark", ball([0.5, 1.2, 0.5], 0.003), "lamp")],
+    }));
+    let finding = alone(&lit, FindingCode::LightByChance, SlowOrNoisy);
+    assert!(!finding.reason.contains("glass around"), "{finding:?}");
+    assert!(
+        finding.remedy.contains("make objects[2] `spark` larger"),
+        "{finding:?}"
+    );
+    assert_eq!(finding.place, Some([0.5, 1.2, 0.5].into()), "{finding:?}");
+}
+
+/// Protects: where the time is over before a ray of a light is sent, nothing is said of the light,
+/// and how many lights were left out is counted.
+#[test]
+fn lights_end_with_the_budget() {
+    let lit = scene(
+        &json!({ "lights": [point([0.0, 3.0, 0.0], json!({})), spot([0.0, 3.0, 0.0], [0.0, 1.0, 0.0], 20.0)] }),
+    );
+    let lights_of = |seconds: u64| {
+        let effort = StressEffort {
+            budget: core::time::Duration::from_secs(seconds),
+        };
+        let report = stress(&lit, &Settings::from_scene(&lit), &effort, &())
+            .unwrap_or_else(|e| panic!("{e}"));
+        let run = report.checks.iter().find(|run| run.unit == "lights");
+        let run = run.expect("rays of the lights");
+        ([run.looked_at, run.planned], report.findings.len())
+    };
+    assert_eq!(lights_of(0), ([0, 2], 0));
+    assert_eq!(lights_of(3600), ([2, 2], 1));
+}
+
 /// Protects: a directional light behind a glass pane makes the picture wrong, as its light never
 /// arrives. It does not if the pane is thin-walled, or if a glass ball shades only a part.
 #[test]
