@@ -20,7 +20,7 @@ use raywright::bvh::{AcceleratorKind, Geometry, PrimitiveSet, Visibility};
 use raywright::core::bench::clock::process_seconds;
 use raywright::core::scene::MeshSource;
 
-use raywright::core::effects::detect;
+use raywright::core::effects::assess_effects;
 use raywright::core::{Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
@@ -84,7 +84,7 @@ fn least((label, write): &SceneFamily, n: usize) -> [f64; 2] {
             size: [8, 8],
             ..Settings::from_scene(&loaded.scene)
         };
-        let report = detect(&loaded.scene, &settings);
+        let report = assess_effects(&loaded.scene, &settings);
         let ready =
             prepare(&loaded.scene, &settings, &()).unwrap_or_else(|e| panic!("{label}: {e}"));
         let rest = start.elapsed().as_secs_f64();

@@ -15,7 +15,7 @@ use raywright::core::bench::SampleQuantiles;
 use raywright::core::bench::clock::process_seconds;
 use raywright::core::settings::{PrecisionChoice, Sampling};
 use raywright::stability::{
-    CostComparison, Measurement, RayCount, formula_comparison, hard_cases, measure_case,
+    CostComparison, Measurement, RayCount, build_formula_comparison, hard_cases, measure_case,
 };
 
 use mesh::mesh;
@@ -84,7 +84,7 @@ fn tests() {
             textbook,
             library: [robust, reference],
             ..
-        }) = formula_comparison(number)
+        }) = build_formula_comparison(number)
         else {
             continue;
         };

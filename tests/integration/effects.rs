@@ -1,6 +1,6 @@
 //! Only the effects that a scene needs: an absent effect has empty tables and traces no ray.
 
-use raywright::core::effects::{Effect, EffectSet, EffectStatus, SWITCHABLE};
+use raywright::core::effects::{Effect, EffectSet, EffectStatus, SWITCHABLE_EFFECTS};
 use raywright::core::scene::{Colour, Integrator};
 use raywright::core::settings::Settings;
 use raywright::core::{Scene, prepare};
@@ -93,7 +93,7 @@ fn the_canonical_preset_with_one_thing_taken_away() {
     }
     let whole = preset("whitted");
     let status = |scene: &Scene, effect| {
-        raywright::core::effects::detect(scene, &Settings::from_scene(scene)).status(effect)
+        raywright::core::effects::assess_effects(scene, &Settings::from_scene(scene)).status(effect)
     };
     for effect in [
         Effect::AmbientLight,
@@ -197,7 +197,7 @@ fn only_rough_glass_is_shown_clearer_than_it_is() {
             integrator: Integrator::Whitted,
             ..Settings::from_scene(&scene)
         };
-        let report = raywright::core::effects::detect(&scene, &settings);
+        let report = raywright::core::effects::assess_effects(&scene, &settings);
         let of = |effect: Effect| report.effects[effect as usize].clone();
         [
             Effect::Refraction,
@@ -280,7 +280,7 @@ fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
             EffectStatus::Simulated
         ]
     );
-    for effect in SWITCHABLE.iter() {
+    for effect in SWITCHABLE_EFFECTS.iter() {
         let (_, report) = render(&whole, EffectSet::from_effects(&[effect]));
         assert_ne!(report.status(effect), EffectStatus::Simulated, "{effect:?}");
     }

@@ -1,7 +1,7 @@
 //! Large numbers of every kind of item in a scene: items are found by look-up, and no list is
 //! scanned for each entry of another.
 
-use raywright::core::effects::detect;
+use raywright::core::effects::assess_effects;
 use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
@@ -41,10 +41,10 @@ fn loading_is_linear_in_everything() {
             size: [1, 1],
             ..Settings::from_scene(&scene)
         };
-        let report = detect(&scene, &settings);
+        let report = assess_effects(&scene, &settings);
         assert_eq!(
             report.effects.len(),
-            detect(&Scene::default(), &settings).effects.len(),
+            assess_effects(&Scene::default(), &settings).effects.len(),
             "{label}"
         );
         let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{label}: {e}"));

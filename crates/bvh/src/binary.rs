@@ -30,7 +30,7 @@ impl BinaryTree {
         } else {
             PARTS
         };
-        let (mut sorted, next) = copy_top_levels(nodes, maximum);
+        let (mut sorted, next) = copy_top_nodes(nodes, maximum);
         let mut parts = Vec::new();
         for root in next..sorted.len() {
             let start = sorted.len();
@@ -72,7 +72,7 @@ impl BinaryTree {
 /// Copies the top of a tree breadth-first. Stops when the children of `maximum` copied nodes are
 /// not copied yet. Returns the copies, and the index of the first copy whose children are not
 /// copied.
-fn copy_top_levels(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
+fn copy_top_nodes(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
     let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
     sorted.extend(nodes.first());
     while next < sorted.len() && sorted.len() - next < maximum {

@@ -15,7 +15,6 @@
 
 mod collapse;
 mod filter;
-mod flat;
 mod kernel;
 mod leaf;
 mod optimisation_barrier;
@@ -23,6 +22,7 @@ mod packet;
 mod projected_ray;
 mod query;
 mod row;
+mod small_sets;
 mod stack;
 mod traversal_ray;
 mod traversal_simd;

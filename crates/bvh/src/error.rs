@@ -13,7 +13,7 @@ pub enum GeometryError {
     NotFinite,
     /// A transform has no inverse.
     #[error(
-        "the transform has no inverse: its scale is zero along a direction, or one of its numbers is not finite"
+        "the transform has no inverse: its scale is zero along a direction, or one of its numbers is not finite; use finite numbers and a scale other than zero"
     )]
     Singular,
     /// The transform of a moving instance has no inverse at some time of the motion.

@@ -12,7 +12,7 @@ use crate::aabb::{Aabb, BoundingSphere, PaddedBox, TASK_SIZE};
 use crate::build::{AcceleratorKind, BoxTree, BuildWork, StopCheck, build_box_tree};
 use crate::bvh8::{Bvh8, Kernel};
 use crate::memory::{filled_huge_page_vec, huge_page_vec};
-use crate::primitive_set::{PrimitiveSet, max_scan_size};
+use crate::primitive_set::{PrimitiveSet, max_linear_scan_size};
 use crate::scalar::{Real, Vector};
 use crate::shapes::Triangle;
 use crate::slot::{PrimitiveKind, PrimitiveSlot};
@@ -217,7 +217,7 @@ impl<R: Real> Geometry<R> {
             bounds,
         } = PrimitivePartition::new(&mut group);
         let unbounded = slots.len();
-        let few = max_scan_size(
+        let few = max_linear_scan_size(
             unbounded + bounded.len() + nothing.len() == group.spheres.len() + group.planes.len(),
         );
         let BoxTree {

@@ -4,7 +4,7 @@ use crate::build::AcceleratorKind;
 use crate::bvh8::Bvh8;
 use crate::instance::Instance;
 use crate::motion::Motion;
-use crate::primitive_set::{PrimitiveSet, max_scan_size};
+use crate::primitive_set::{PrimitiveSet, max_linear_scan_size};
 use crate::scalar::Real;
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, TransformedShape, Triangle};
 
@@ -79,7 +79,9 @@ impl GeometryMemory {
     /// If triangles and other primitives are interspersed, m is five, otherwise three.
     pub fn max_geometry_bytes<R: Real>(&self, kind: AcceleratorKind) -> u64 {
         let bounded = self.primitive_count().saturating_sub(self.unbounded);
-        let few = max_scan_size(self.primitive_count() == self.spheres.saturating_add(self.planes));
+        let few = max_linear_scan_size(
+            self.primitive_count() == self.spheres.saturating_add(self.planes),
+        );
         let wide = R::IS_SINGLE && matches!(kind, AcceleratorKind::Tree(_));
         let planes = if wide {
             Bvh8::memory_bytes_without_nodes(self.planes, 0)

@@ -83,7 +83,7 @@ pub use primitive_set::PrimitiveSet;
 pub use processor::{SimdTask, prefetch, run_widest};
 pub use query::{PacketBackoff, RayPacket};
 pub use ray::{Hit, Interval, Occlusion, Ray, Side, Visibility};
-pub use ray_ends::{RayEnds, TriangleSlot};
+pub use ray_ends::{RayEndTriangles, TriangleSlot};
 pub use scalar::{Real, Vector};
 pub use shapes::{
     PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, TextureCoordinates, Transform,

@@ -185,7 +185,7 @@ impl<R: Real> PrimitiveSet<R> {
         for (primitive, vertices) in triangles.enumerate() {
             let triangle = Triangle::new(vertices);
             self.triangles.push(triangle);
-            let added = check_corners(&triangle).and_then(|()| {
+            let added = check_triangle_corners(&triangle).and_then(|()| {
                 self.push_slot(
                     PrimitiveKind::Triangle,
                     visibility,
@@ -357,7 +357,7 @@ impl<R: Real> PrimitiveSet<R> {
 /// Greatest number of primitives that are tested one by one as fast as by a tree. The number is
 /// greater for a set of spheres and planes alone. The test of a sphere is the cheapest, and a plane
 /// has no box.
-pub(crate) fn max_scan_size(spheres_alone: bool) -> usize {
+pub(crate) fn max_linear_scan_size(spheres_alone: bool) -> usize {
     const SPHERES: usize = 14;
     const OTHERS: usize = 2;
     if spheres_alone { SPHERES } else { OTHERS }
@@ -365,7 +365,7 @@ pub(crate) fn max_scan_size(spheres_alone: bool) -> usize {
 
 /// Returns an error for a triangle that no tree can hold. Only for very large triangles is the box
 /// computed, which saves time.
-fn check_corners<R: Real>(triangle: &Triangle<R>) -> Result<(), GeometryError> {
+fn check_triangle_corners<R: Real>(triangle: &Triangle<R>) -> Result<(), GeometryError> {
     let maximum = R::from_f64(f64::from(f32::MAX) * 0.5);
     let within = |corner: &R::Vec3| corner.is_finite() && corner.abs().max_element() < maximum;
     if triangle.vertices.iter().all(within) {

@@ -15,7 +15,7 @@ use core::ops::Range;
 use crate::bvh8::optimisation_barrier;
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
-use crate::ray_ends::{RayEnds, TriangleSlot};
+use crate::ray_ends::{RayEndTriangles, TriangleSlot};
 use crate::scalar::{Real, Vector};
 use crate::shapes::{PreparedRay, Shape, ShapeHit};
 use crate::slot::{PrimitiveKind, PrimitiveSlot};
@@ -68,17 +68,17 @@ impl<R: Real> Geometry<R> {
         range: Interval<R>,
         stats: &mut T,
     ) -> Option<Hit<R>> {
-        self.closest_between(ray, range, &RayEnds::NONE, stats)
+        self.closest_with_ray_ends(ray, range, &RayEndTriangles::NONE, stats)
     }
 
     /// Finds the closest hit as [`Self::closest`]. `ends` names the triangle that the ray leaves,
     /// which the query then need not test.
     #[inline(never)]
-    pub fn closest_between<T: TraversalCounter>(
+    pub fn closest_with_ray_ends<T: TraversalCounter>(
         &self,
         ray: &Ray<R>,
         range: Interval<R>,
-        ends: &RayEnds,
+        ends: &RayEndTriangles,
         stats: &mut T,
     ) -> Option<Hit<R>> {
         if !is_finite_ray(ray) {
@@ -175,17 +175,17 @@ impl<R: Real> Geometry<R> {
         filter: &mut dyn FnMut(&Hit<R>) -> bool,
         stats: &mut T,
     ) -> bool {
-        self.occluded_between(ray, range, &RayEnds::NONE, filter, stats)
+        self.occluded_with_ray_ends(ray, range, &RayEndTriangles::NONE, filter, stats)
     }
 
     /// Whether the ray is occluded, as [`Self::occluded`]. `ends` names the triangle that the ray
     /// leaves, and the triangles before which it ends. The query need not test these.
     #[inline(never)]
-    pub fn occluded_between<T: TraversalCounter>(
+    pub fn occluded_with_ray_ends<T: TraversalCounter>(
         &self,
         ray: &Ray<R>,
         range: Interval<R>,
-        ends: &RayEnds,
+        ends: &RayEndTriangles,
         filter: &mut dyn FnMut(&Hit<R>) -> bool,
         stats: &mut T,
     ) -> bool {
@@ -221,8 +221,8 @@ impl<R: Real> Geometry<R> {
         self.run_query(&self.prepare_ray(*ray), query, stats).0
     }
 
-    /// Whether queries of this geometry can skip the triangles in a [`RayEnds`].
-    pub fn has_triangle_ends(&self) -> bool {
+    /// Whether queries of this geometry can skip the triangles in a [`RayEndTriangles`].
+    pub fn can_skip_ray_ends(&self) -> bool {
         self.bvh.has_triangle_blocks()
     }
 

@@ -1,6 +1,6 @@
 //! Triangles at the ends of a ray. Queries need not test them.
 
-/// Identifies a triangle of a geometry for [`RayEnds`]; triangles within instances have none. The
+/// Identifies a triangle of a geometry for [`RayEndTriangles`]; triangles within instances have none. The
 /// number is the position of the triangle's record, its slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TriangleSlot(u32);
@@ -52,20 +52,20 @@ impl TriangleSlot {
 /// Two conditions must hold: the query's range accepts no distance below zero, and the origin is
 /// that of `spawn_ray_origin`, not an origin at a constant offset.
 #[derive(Clone, Copy, Debug)]
-pub struct RayEnds {
+pub struct RayEndTriangles {
     /// The triangle that the ray leaves.
     pub start: TriangleSlot,
     /// The triangles of the light before which a shadow ray ends.
     pub target: [TriangleSlot; 2],
 }
 
-impl RayEnds {
+impl RayEndTriangles {
     /// No triangles.
-    pub const NONE: Self = Self::leaving(TriangleSlot::NONE);
+    pub const NONE: Self = Self::from_start(TriangleSlot::NONE);
 
     /// Returns the ends of a ray that leaves a triangle and has no target.
     #[inline(always)]
-    pub const fn leaving(start: TriangleSlot) -> Self {
+    pub const fn from_start(start: TriangleSlot) -> Self {
         Self {
             start,
             target: [TriangleSlot::NONE; 2],
@@ -107,8 +107,12 @@ mod tests {
         geometry
     }
 
-    fn closest(geometry: &Geometry<f32>, ray: &Ray<f32>, ends: &RayEnds) -> Option<Hit<f32>> {
-        geometry.closest_between(ray, Interval::positive(), ends, &mut ())
+    fn closest(
+        geometry: &Geometry<f32>,
+        ray: &Ray<f32>,
+        ends: &RayEndTriangles,
+    ) -> Option<Hit<f32>> {
+        geometry.closest_with_ray_ends(ray, Interval::positive(), ends, &mut ())
     }
 
     /// Protects: rays from a triangle, in all directions and nearly along it, and shadow rays
@@ -138,7 +142,7 @@ mod tests {
                 let mut before: Option<(Surface<f32>, Hit<f32>)> = None;
                 for _ in 0..20_000 {
                     let ray = Ray::new(vector(state) + shift, vector(state).normalize());
-                    let Some(hit) = closest(geometry, &ray, &RayEnds::NONE) else {
+                    let Some(hit) = closest(geometry, &ray, &RayEndTriangles::NONE) else {
                         continue;
                     };
                     let surface = geometry.surface(&ray, &hit);
@@ -149,8 +153,8 @@ mod tests {
                         (along + surface.normal * (grazing * number(state))).normalize(),
                     ] {
                         let next = Ray::new(surface.spawn_ray_origin(direction), direction);
-                        let ends = RayEnds::leaving(hit.triangle_slot());
-                        let alone = closest(geometry, &next, &RayEnds::NONE);
+                        let ends = RayEndTriangles::from_start(hit.triangle_slot());
+                        let alone = closest(geometry, &next, &RayEndTriangles::NONE);
                         assert_eq!(
                             closest(geometry, &next, &ends),
                             alone,
@@ -165,7 +169,7 @@ mod tests {
                     if let Some((other, other_hit)) = before.replace((surface, hit)) {
                         let (ray, max, [leaves, reaches]) =
                             surface.spawn_unchecked_ray_to_surface(&other);
-                        let ends = RayEnds {
+                        let ends = RayEndTriangles {
                             start: if leaves {
                                 hit.triangle_slot()
                             } else {
@@ -182,8 +186,13 @@ mod tests {
                         };
                         let range = Interval { min: 0.0, max };
                         let alone = geometry.occluded(&ray, range, &mut |_| true, &mut ());
-                        let found =
-                            geometry.occluded_between(&ray, range, &ends, &mut |_| true, &mut ());
+                        let found = geometry.occluded_with_ray_ends(
+                            &ray,
+                            range,
+                            &ends,
+                            &mut |_| true,
+                            &mut (),
+                        );
                         assert_eq!(found, alone, "{kernel:?} {ray:?} to {max}");
                         *(if alone { &mut hits } else { &mut misses }) += 1;
                     }
@@ -212,14 +221,14 @@ mod tests {
             });
             let down = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
             let hit = |ray, start| {
-                let hit = closest(&geometry, ray, &RayEnds::leaving(start));
+                let hit = closest(&geometry, ray, &RayEndTriangles::from_start(start));
                 hit.map(|hit| hit.primitive)
             };
             assert_eq!(hit(&down, TriangleSlot::NONE), Some(0));
             assert_eq!((hit(&down, first), hit(&down, second)), (Some(1), Some(0)));
             let blocked = |start, target| {
-                let ends = RayEnds { start, target };
-                geometry.occluded_between(
+                let ends = RayEndTriangles { start, target };
+                geometry.occluded_with_ray_ends(
                     &down,
                     Interval::positive(),
                     &ends,

@@ -154,7 +154,7 @@ impl EmbeddedCommand {
 fn wrong_command_failure(label: &str) -> Failure {
     Failure::new(
         Exit::Usage,
-        format_args!("this command does not make {label}"),
+        format_args!("this call needs a command that makes {label}"),
     )
 }
 

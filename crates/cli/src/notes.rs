@@ -149,7 +149,7 @@ impl Notes {
         let mut lines: Vec<(MessagePriority, String)> = self
             .messages
             .chunk_by(same)
-            .filter_map(summarise_file)
+            .filter_map(summarise_file_messages)
             .collect();
         lines.sort_by_key(|(weight, _)| std::cmp::Reverse(*weight));
         if !is_fine {
@@ -172,7 +172,7 @@ impl Notes {
 
 /// Formats the first of the most important messages of a file, and the number of its other
 /// messages. Returns the importance and the text; `None` without messages.
-fn summarise_file(messages: &[QueuedMessage]) -> Option<(MessagePriority, String)> {
+fn summarise_file_messages(messages: &[QueuedMessage]) -> Option<(MessagePriority, String)> {
     let most = messages.iter().map(|message| message.priority).max()?;
     let first = messages.iter().find(|message| message.priority == most)?;
     let more = match messages.len() - 1 {

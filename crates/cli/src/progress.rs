@@ -67,7 +67,7 @@ impl Progress {
 
     /// Divides the work into `total` pieces, such as pictures of a run; [`Progress::report`] then
     /// counts the steps of the current piece.
-    pub fn with_pieces(self, total: usize) -> Self {
+    pub fn with_work_pieces(self, total: usize) -> Self {
         Self {
             piece_count: total as u64,
             ..self
@@ -80,7 +80,7 @@ impl Progress {
     }
 
     /// Counts the current piece of the work, such as a picture of a run, as finished.
-    pub fn finish_piece(&self) {
+    pub fn finish_work_piece(&self) {
         self.finished_pieces.fetch_add(1, Ordering::Relaxed);
     }
 
@@ -107,7 +107,7 @@ impl Progress {
     }
 
     /// Returns the number of finished pieces of the work and the number of all pieces.
-    pub fn piece_counts(&self) -> [u64; 2] {
+    pub fn work_piece_counts(&self) -> [u64; 2] {
         [
             self.finished_pieces.load(Ordering::Relaxed),
             self.piece_count,

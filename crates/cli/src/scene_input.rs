@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use raywright_core::Observer;
-use raywright_core::suggest::closest_word;
+use raywright_core::suggest::most_similar_word;
 use raywright_core::{RenderOutput, Settings, measure_extent};
 use raywright_io::{
     Error, ErrorKind, Input, LightShortage, Limits, LoadOptions, LoadedScene, SceneFormat,
-    WarningCode, list_models, load_observed, presets,
+    WarningCode, list_scenes_and_models, load_observed, presets,
 };
 
 use crate::args::DEFAULT_PRESET;
@@ -101,7 +101,7 @@ pub fn note_added_parts(loaded: &LoadedScene, notes: &mut Notes) {
         });
     let camera = match light {
         _ if !loaded.scene.cameras.is_empty() => None,
-        Some(_) => Some("without a camera the whole scene is shown"),
+        Some(_) => Some("the file has no camera: the whole scene is shown"),
         None => Some("the scene has no camera: the whole scene is shown"),
     };
     let up = loaded.assumed_up.map(|up| {
@@ -149,7 +149,7 @@ pub fn empty_scene_failure(loaded: &LoadedScene) -> Option<Failure> {
         .iter()
         .any(|warning| warning.code == WarningCode::Section);
     let reason = match (is_cut, is_thin) {
-        (true, _) => "--section cuts away the whole model",
+        (true, _) => "--section cuts away the whole model; choose another position",
         (_, true) => "the file has only points and lines, which are not rendered",
         _ => "the scene has no object",
     };
@@ -221,7 +221,7 @@ fn with_file_hint(error: Error, input: &Input) -> Error {
     }
     if path.is_dir() {
         let inside = |name: &String| path.join(name).display().to_string();
-        let models: Vec<String> = list_models(path).iter().map(inside).collect();
+        let models: Vec<String> = list_scenes_and_models(path).iter().map(inside).collect();
         return match models.as_slice() {
             [] => error.with_hint("the folder contains no scene or model"),
             models => error.with_hint(format!("the folder contains {}", list_first_names(models))),
@@ -238,7 +238,7 @@ fn with_file_hint(error: Error, input: &Input) -> Error {
     }
     if text.contains(['*', '?']) {
         return error
-            .with_hint("no file matches the pattern, so that the shell did not replace it");
+            .with_hint("no file matches the pattern, so that the shell did not replace it by names; check the pattern");
     }
     if is_preset(path) {
         return error.with_hint(format!(
@@ -246,9 +246,9 @@ fn with_file_hint(error: Error, input: &Input) -> Error {
             path.display()
         ));
     }
-    let neighbours = list_models(path.parent().unwrap_or(Path::new("")));
+    let neighbours = list_scenes_and_models(path.parent().unwrap_or(Path::new("")));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    match closest_word(&name, neighbours.iter().map(String::as_str)) {
+    match most_similar_word(&name, neighbours.iter().map(String::as_str)) {
         Some(near) => error.with_hint(format!(
             "did you mean `{}`?",
             path.with_file_name(near).display()

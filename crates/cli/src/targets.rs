@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use raywright_io::output::{OutputPath, PictureFormat, is_own_picture};
-use raywright_io::{Error, ErrorKind, InputFiles, PathClash};
+use raywright_io::{Error, ErrorKind, InputFiles, OverwrittenInput};
 
 use crate::failure::{Exit, Failure};
 
@@ -136,14 +136,14 @@ impl OutputFiles {
         } = &self.all[i];
         let path = path.display();
         let message = match &clash {
-            PathClash::Read(file) if file.file_name() != place.file_name() => {
+            OverwrittenInput::Read(file) if file.file_name() != place.file_name() => {
                 format!(
                     "cannot write {path}: it is the same file as {}, which this run reads",
                     file.display()
                 )
             }
-            PathClash::Read(_) => format!("cannot write {path}: this run reads it"),
-            PathClash::Named(_) => {
+            OverwrittenInput::Read(_) => format!("cannot write {path}: this run reads it"),
+            OverwrittenInput::Named(_) => {
                 format!("cannot write {path}: the scene names this file as an input")
             }
         };
@@ -162,7 +162,7 @@ impl OutputFiles {
     pub fn is_free_path(&self, path: &Path, inputs: &InputFiles) -> bool {
         match OutputPath::resolve(path) {
             Ok(place) => {
-                inputs.find_clash(&place).is_none()
+                inputs.find_overwritten_input(&place).is_none()
                     && self.find_output(&place, place.file_fingerprint()).is_none()
             }
             Err(_) => true,

@@ -38,7 +38,7 @@ impl Threads {
         // this check comes first.
         if count.is_some_and(|count| !can_allocate(u64::from(count) * THREAD_BYTES)) {
             return Err(thread_start_failure(
-                &"the address space has no room for their stacks",
+                &"the address space has no room for the stacks of the threads",
             ));
         }
         let pool = |count: u32| ThreadPoolBuilder::new().num_threads(count as usize).build();

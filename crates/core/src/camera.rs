@@ -169,7 +169,7 @@ impl<R: Real> PreparedCamera<R> {
     }
 
     /// Prepares a camera as [`Self::new`], for a scene whose bounded part lies within `bounds`.
-    /// Rays of a distant camera start at a distance of [`PreparedCamera::skipped_distance`] from
+    /// Rays of a distant camera start at a distance of [`PreparedCamera::eye_to_origin_distance`] from
     /// the eye, in front of the sphere around `bounds`.
     pub fn for_scene_bounds(data: &CameraData, size: [u32; 2], bounds: &Aabb) -> Self {
         let camera = Self::new(data, size);
@@ -208,7 +208,7 @@ impl<R: Real> PreparedCamera<R> {
     /// Returns the camera of a preview, whose pixels are `factor` times as wide and high as the
     /// pixels of the picture. The first large pixel lies in the top left corner of the picture.
     #[must_use]
-    pub fn with_larger_pixels(&self, factor: u32) -> Self {
+    pub fn with_preview_pixels(&self, factor: u32) -> Self {
         let mut camera = self.clone();
         camera.pixel_size = self
             .pixel_size
@@ -217,7 +217,7 @@ impl<R: Real> PreparedCamera<R> {
             .half_size
             .map(|half| half * R::from_f64(1.0 / f64::from(factor)));
         if let Some(far) = &mut camera.distant {
-            far.camera = far.camera.with_larger_pixels(factor);
+            far.camera = far.camera.with_preview_pixels(factor);
         }
         if let Some(shutter) = &mut camera.shutter {
             shutter.coarseness *= factor;
@@ -229,7 +229,7 @@ impl<R: Real> PreparedCamera<R> {
     /// orthographic camera, the distance from the plane of the eye. Zero unless the camera is
     /// distant.
     #[inline]
-    pub fn skipped_distance(&self) -> R {
+    pub fn eye_to_origin_distance(&self) -> R {
         self.distant
             .as_ref()
             .map_or(R::ZERO, |far| R::from_f64(far.skipped_distance))
@@ -311,14 +311,14 @@ impl<R: Real> PreparedCamera<R> {
         let ray = match &shutter.moving {
             None => self.generate_ray(x, y, lens),
             Some((data, size)) => Self::new(&camera_at(data, time.to_f64()), *size)
-                .with_larger_pixels(shutter.coarseness)
+                .with_preview_pixels(shutter.coarseness)
                 .generate_ray(x, y, lens),
         };
         ray.with_time(time)
     }
 
     /// Generates the ray through a film position, given in pixels from the top left corner of the
-    /// picture. The ray starts at a distance of [`PreparedCamera::skipped_distance`] from the eye.
+    /// picture. The ray starts at a distance of [`PreparedCamera::eye_to_origin_distance`] from the eye.
     /// `lens` holds two uniform numbers in [0, 1), which are read only if
     /// [`PreparedCamera::has_lens`].
     #[inline(always)]

@@ -28,7 +28,7 @@ use crate::settings::{PrecisionChoice, Settings};
 use crate::validate::Problem;
 
 pub use memory_estimate::estimate_scene_memory;
-use memory_estimate::{estimate_memory, remaining_allocations};
+use memory_estimate::{bytes_still_to_allocate, estimate_memory};
 
 /// A scene prepared for one set of settings, ready to render. It also reports effects, memory, and
 /// parts of the scene that cannot be rendered correctly.
@@ -74,7 +74,7 @@ pub fn prepare(
     {
         return Err(PrepareError::Memory { needed, allowed });
     }
-    if !can_allocate(remaining_allocations(&needed, scene)) {
+    if !can_allocate(bytes_still_to_allocate(&needed, scene)) {
         return Err(PrepareError::OutOfMemory { needed });
     }
     let inner = PreparedInPrecision::new(

@@ -314,7 +314,8 @@ impl AreaWeightedNormals {
             let map = placed_object.object_to_world();
             let mirrored = map.matrix3.determinant() < 0.0;
             for corners in data.indices.iter().step_by(step) {
-                let [a, b, c] = corners.map(|i| map.transform_point3(vertex_position(data, i)));
+                let [a, b, c] =
+                    corners.map(|i| map.transform_point3(mesh_vertex_position(data, i)));
                 let normal = 0.5 * (b - a).cross(c - a) * if mirrored { -1.0 } else { 1.0 };
                 if !normal.is_finite() {
                     continue;
@@ -329,7 +330,7 @@ impl AreaWeightedNormals {
 }
 
 /// Returns the position of a mesh's vertex, in the mesh's own space.
-fn vertex_position(data: &MeshData, index: u32) -> DVec3 {
+fn mesh_vertex_position(data: &MeshData, index: u32) -> DVec3 {
     data.positions.position(index as usize)
 }
 

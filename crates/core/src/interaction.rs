@@ -55,7 +55,7 @@ pub(crate) fn interpolate_vertex_attribute<R: Real>([a, b, c]: [R; 3], [wa, wb, 
 /// Variables of an expression that depend on a light. They have the values for the light whose
 /// contribution is evaluated.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LightInputs<R: Real> {
+pub(crate) struct LightVariableValues<R: Real> {
     /// Unit direction towards the light.
     pub direction: R::Vec3,
     /// Fraction of the light that arrives, 0 to 1, by the scene's shadow rule.
@@ -64,7 +64,7 @@ pub(crate) struct LightInputs<R: Real> {
     pub occluder: R,
 }
 
-impl<R: Real> Default for LightInputs<R> {
+impl<R: Real> Default for LightVariableValues<R> {
     /// Returns the inputs for light that arrives unblocked and has no direction.
     #[inline(always)]
     fn default() -> Self {
@@ -109,7 +109,7 @@ impl<R: Real> Interaction<R> {
     /// Returns the values of an expression's variables at this point. `light_inputs` has the values
     /// for a light.
     #[inline(always)]
-    pub fn expression_inputs(&self, light_inputs: &LightInputs<R>) -> VariableValues<R> {
+    pub fn expression_inputs(&self, light_inputs: &LightVariableValues<R>) -> VariableValues<R> {
         VariableValues {
             p: self.surface.point,
             n: self.normal,

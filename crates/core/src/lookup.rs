@@ -12,18 +12,18 @@ use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Object, Scene, T
 #[derive(Clone, Debug)]
 pub struct SceneLookup<'a> {
     scene: &'a Scene,
-    pub(crate) images: NameIndex<'a>,
-    pub(crate) textures: NameIndex<'a>,
-    pub(crate) materials: NameIndex<'a>,
-    pub(crate) meshes: NameIndex<'a>,
+    pub(crate) images: NameToIndexMap<'a>,
+    pub(crate) textures: NameToIndexMap<'a>,
+    pub(crate) materials: NameToIndexMap<'a>,
+    pub(crate) meshes: NameToIndexMap<'a>,
 }
 
 /// Map from the names of a list to indices, in alphabetical order. The order is the same in every
 /// run. So a message always suggests the same one of several equally similar names.
 #[derive(Clone, Debug)]
-pub(crate) struct NameIndex<'a>(BTreeMap<&'a str, usize>);
+pub(crate) struct NameToIndexMap<'a>(BTreeMap<&'a str, usize>);
 
-impl<'a> NameIndex<'a> {
+impl<'a> NameToIndexMap<'a> {
     fn new<T>(things: &'a [T], name: impl Fn(&'a T) -> &'a String) -> Self {
         // In reverse order, an earlier item replaces a later item of the same name.
         Self(
@@ -90,10 +90,10 @@ impl<'a> SceneLookup<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
-            images: NameIndex::new(&scene.images, |image| &image.name),
-            textures: NameIndex::new(&scene.textures, |texture| &texture.name),
-            materials: NameIndex::new(&scene.materials, |material| &material.name),
-            meshes: NameIndex::new(&scene.meshes, |mesh| &mesh.name),
+            images: NameToIndexMap::new(&scene.images, |image| &image.name),
+            textures: NameToIndexMap::new(&scene.textures, |texture| &texture.name),
+            materials: NameToIndexMap::new(&scene.materials, |material| &material.name),
+            meshes: NameToIndexMap::new(&scene.meshes, |mesh| &mesh.name),
         }
     }
 

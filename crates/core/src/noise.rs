@@ -22,8 +22,8 @@ static PERMUTATION: [u16; 1024] = permutation_table();
 
 /// Length-corrected gradient of each hash value, in space and in the plane, each in `f32` and in
 /// `f64`. The length of the tables is a power of two, as in [`PERMUTATION`].
-static GRADIENTS_F32: [[f32; 3]; 512] = narrow_to_f32(gradients());
-static GRADIENTS_F64: [[f64; 3]; 512] = gradients();
+static GRADIENTS_F32: [[f32; 3]; 512] = narrow_to_f32(space_gradient_table());
+static GRADIENTS_F64: [[f64; 3]; 512] = space_gradient_table();
 static PLANE_GRADIENTS_F32: [[f32; 2]; 512] = narrow_to_f32(plane_gradient_table());
 static PLANE_GRADIENTS_F64: [[f64; 2]; 512] = plane_gradient_table();
 
@@ -66,7 +66,7 @@ const fn length_correction(squared: f64) -> f64 {
     1.792_842_914_001_59 - 0.853_734_720_953_14 * squared
 }
 
-const fn gradients() -> [[f64; 3]; 512] {
+const fn space_gradient_table() -> [[f64; 3]; 512] {
     let mut table = [[0.0; 3]; 512];
     let mut hash = 0;
     while hash < PERIOD {
@@ -152,7 +152,7 @@ fn lattice_cell<R: Real>(x: R) -> ([usize; 2], R) {
 }
 
 #[inline(always)]
-fn permute(x: usize) -> usize {
+fn permute_hash(x: usize) -> usize {
     usize::from(PERMUTATION[x & 1023])
 }
 
@@ -187,14 +187,14 @@ pub fn noise3<R: Real>(p: R::Vec3) -> R {
     // Interpolates along z, for the hash of a corner's x and y.
     let row = |hash: usize, x: R, y: R| {
         lerp(
-            corner(permute(hash + z0), x, y, z),
-            corner(permute(hash + z1), x, y, w),
+            corner(permute_hash(hash + z0), x, y, z),
+            corner(permute_hash(hash + z1), x, y, w),
             fade_z,
         )
     };
-    let (hash0, hash1) = (permute(x0), permute(x1));
-    let (hash00, hash01) = (permute(hash0 + y0), permute(hash0 + y1));
-    let (hash10, hash11) = (permute(hash1 + y0), permute(hash1 + y1));
+    let (hash0, hash1) = (permute_hash(x0), permute_hash(x1));
+    let (hash00, hash01) = (permute_hash(hash0 + y0), permute_hash(hash0 + y1));
+    let (hash10, hash11) = (permute_hash(hash1 + y0), permute_hash(hash1 + y1));
     let face0 = lerp(row(hash00, x, y), row(hash01, x, v), fade_y);
     let face1 = lerp(row(hash10, u, y), row(hash11, u, v), fade_y);
     R::from_f64(2.2) * lerp(face0, face1, fade_x)
@@ -216,15 +216,15 @@ pub fn noise2<R: Real>(x: R, y: R) -> R {
     };
     let (u, v) = (x - R::ONE, y - R::ONE);
     let (fade_x, fade_y) = (quintic(x), quintic(y));
-    let (hash0, hash1) = (permute(x0), permute(x1));
+    let (hash0, hash1) = (permute_hash(x0), permute_hash(x1));
     let side0 = lerp(
-        corner(permute(hash0 + y0), x, y),
-        corner(permute(hash0 + y1), x, v),
+        corner(permute_hash(hash0 + y0), x, y),
+        corner(permute_hash(hash0 + y1), x, v),
         fade_y,
     );
     let side1 = lerp(
-        corner(permute(hash1 + y0), u, y),
-        corner(permute(hash1 + y1), u, v),
+        corner(permute_hash(hash1 + y0), u, y),
+        corner(permute_hash(hash1 + y1), u, v),
         fade_y,
     );
     R::from_f64(2.3) * lerp(side0, side1, fade_x)

@@ -61,15 +61,15 @@ impl StorageOrigin {
 }
 
 /// Returns the spacing of stored numbers at the farthest coordinate of a box from the origin.
-pub(crate) fn spacing<R: Real>(bounds: &Aabb, origin: DVec3) -> f64 {
+pub(crate) fn coordinate_spacing_in_box<R: Real>(bounds: &Aabb, origin: DVec3) -> f64 {
     let farthest = (bounds.min - origin).abs().max((bounds.max - origin).abs());
     2.0 * R::ROUNDOFF.to_f64() * farthest.max_element()
 }
 
 /// Whether stored coordinates distinguish points of an object that are a thousandth of its size
 /// apart. True for an object of size zero.
-pub(crate) fn resolves<R: Real>(bounds: &Aabb, size: f64, origin: DVec3) -> bool {
-    spacing::<R>(bounds, origin) <= RESOLVED * size || size <= 0.0
+pub(crate) fn resolves_object_shape<R: Real>(bounds: &Aabb, size: f64, origin: DVec3) -> bool {
+    coordinate_spacing_in_box::<R>(bounds, origin) <= RESOLVED * size || size <= 0.0
 }
 
 /// Result of a survey: the objects whose shape coordinates relative to an origin resolve or do not.
@@ -119,7 +119,7 @@ impl ResolutionSurvey {
                 max: bounds.max + position,
             };
             origin_survey.bounds = origin_survey.bounds.union(bounds);
-            if !resolves::<R>(&bounds, size, origin) {
+            if !resolves_object_shape::<R>(&bounds, size, origin) {
                 origin_survey.unresolved_bounds = origin_survey.unresolved_bounds.union(bounds);
                 origin_survey.unresolved = origin_survey.unresolved.saturating_add(parts);
                 origin_survey.first_unresolved =

@@ -4,9 +4,9 @@
 mod camera_samples;
 mod corner_samples;
 mod first_hits;
-mod lookahead;
 mod output;
 mod queue;
+mod sample_stream;
 mod stage;
 mod tile_job;
 
@@ -40,7 +40,7 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
     let queue = Mutex::new(WorkQueue::new(film, part));
     // A separate closure: in the loop's condition, the lock would be held until the work is done.
     let exchange = |finished: Option<TileUpdate>| {
-        lock_ignoring_poison(&queue).exchange_unit(finished, observer)
+        lock_ignoring_poison(&queue).store_result_and_take_unit(finished, observer)
     };
     let work = || {
         let mut finished = None;

@@ -209,7 +209,7 @@ pub struct Settings {
     pub precision: PrecisionChoice,
     /// Accelerator that finds hits: linear scan or BVH.
     pub accelerator: AcceleratorKind,
-    /// Effects that are switched off, from [`crate::effects::SWITCHABLE`].
+    /// Effects that are switched off, from [`crate::effects::SWITCHABLE_EFFECTS`].
     pub without: EffectSet,
     /// What camera rays see where they hit no surface.
     pub background: Background,

@@ -10,7 +10,7 @@ mod microfacets;
 mod sampling;
 mod shading;
 
-pub use formula_cost::{CaseCost, formula_comparison, time_case_formulas};
+pub use formula_cost::{CaseCost, build_formula_comparison, time_case_formulas};
 pub use raywright_bvh::stability::Measurement;
 pub use raywright_bvh::stability::cost_comparison::CostComparison;
 pub use raywright_bvh::stability::verdicts::{CaseOutcome, RayCount};
@@ -59,7 +59,7 @@ pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
         };
     }
     Some(match number {
-        "S09" => both!(shading::measure_frames),
+        "S09" => both!(shading::measure_shading_frames),
         "S10" => both!(shading::measure_normalisation),
         "S11" => both!(shading::measure_mirror_bounces),
         "S13" => fresnel::measure_matched_indices(rays),
@@ -68,7 +68,7 @@ pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
         "S17" => both!(microfacets::measure_narrow_lobes),
         "S18" => both!(microfacets::measure_visible_normals),
         "M01" => sampling::measure_random_range(rays),
-        "M02" => both!(sampling::measure_warps),
+        "M02" => both!(sampling::measure_sample_mappings),
         "M11" => sampling::measure_stratification(rays),
         "F01" => both!(cameras::measure_degenerate_views),
         "F02" => both!(cameras::measure_symmetric_views),

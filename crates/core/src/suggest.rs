@@ -4,7 +4,7 @@
 /// similarity limit is one edit per three characters, and one edit for shorter words. An edit
 /// inserts, removes or replaces a character, or swaps two neighbours. Case does not count, nor does
 /// the choice between `-`, `_` and space.
-pub fn closest_word<'a>(
+pub fn most_similar_word<'a>(
     wrong: &str,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
@@ -45,7 +45,7 @@ fn normalize_word(word: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::closest_word;
+    use super::most_similar_word;
 
     /// Protects: typing errors and other spellings find their word.
     #[test]
@@ -58,7 +58,7 @@ mod tests {
             ("RADIUS", "radius"),
             ("vertical-fov", "vertical_fov"),
         ] {
-            assert_eq!(closest_word(wrong, words), Some(right), "{wrong}");
+            assert_eq!(most_similar_word(wrong, words), Some(right), "{wrong}");
         }
     }
 
@@ -67,7 +67,7 @@ mod tests {
     fn what_is_not_near_gets_no_suggestion() {
         for wrong in ["banana", "x", "", &"radius".repeat(100)] {
             assert_eq!(
-                closest_word(wrong, ["colour", "radius", "u"]),
+                most_similar_word(wrong, ["colour", "radius", "u"]),
                 None,
                 "{wrong}"
             );

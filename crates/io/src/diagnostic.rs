@@ -72,7 +72,10 @@ impl Diagnostics {
             .filter(|&more| more > 0)
         {
             let noun = if more == 1 { "problem" } else { "problems" };
-            blocks.push(format!("{}: {more} more {noun} not shown", self.file));
+            blocks.push(format!(
+                "{}: {more} more {noun} not shown; mend the problems above first",
+                self.file
+            ));
         }
         blocks.join("\n\n")
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use raywright_core::Scene;
-use raywright_core::effects::{emits_light, lights_reach_surfaces, neutral_sky};
+use raywright_core::effects::{are_objects_lit_by_lights, emits_light, neutral_sky};
 use raywright_core::scene::{Colour, Image, Sky, SkyMap, Studio};
 
 use crate::error::Error;
@@ -156,7 +156,7 @@ fn detect_light_shortage(scene: &Scene, format: SceneFormat) -> Option<LightShor
         SceneFormat::Native(_) => (!emits_light(scene)).then_some(LightShortage::NoLight),
         _ if scene.sky.is_some() => None,
         _ if scene.lights.is_empty() => Some(LightShortage::NoLight),
-        _ => (!lights_reach_surfaces(scene)).then_some(LightShortage::TooDim),
+        _ => (!are_objects_lit_by_lights(scene)).then_some(LightShortage::TooDim),
     }
 }
 
@@ -183,7 +183,7 @@ fn load_sky_picture(
         Error::over_limit(
             path.display(),
             format!(
-                "the file is larger than the limit of {}",
+                "the file is larger than the limit of {}; use a smaller picture",
                 format_bytes(limits.file_bytes)
             ),
         )
@@ -197,7 +197,7 @@ fn load_sky_picture(
     } = image_file::decode(&bytes, limits).map_err(|fault| match fault.kind {
         FaultKind::Limit => Error::over_limit(path.display(), fault.message),
         FaultKind::Input | FaultKind::Choice => Error::invalid_input(path.display(), fault.message)
-            .with_hint("an environment is an equirectangular .hdr or .exr picture"),
+            .with_hint("an environment is an equirectangular picture (.hdr, .exr, .png, .jpg)"),
     })?;
     warnings.extend(remarks.into_iter().map(|remark| {
         Warning::new(

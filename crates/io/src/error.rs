@@ -47,7 +47,7 @@ impl Error {
         if cause.kind() == std::io::ErrorKind::OutOfMemory {
             return Self::over_limit(
                 path.display(),
-                "the system does not have enough memory for the whole file",
+                "the system does not have enough memory for the whole file; close other programs, or use a smaller file",
             );
         }
         Self::with_kind(
@@ -142,9 +142,16 @@ pub(crate) fn describe_io_error(cause: &std::io::Error) -> String {
         Cause::PermissionDenied => "permission denied".to_owned(),
         Cause::IsADirectory => "the path is a folder".to_owned(),
         Cause::StorageFull => "the disk is full".to_owned(),
-        Cause::QuotaExceeded => "the disk quota is exhausted".to_owned(),
-        Cause::FileTooLarge => "the file would be larger than the file system allows".to_owned(),
-        Cause::InvalidFilename => "the file name is too long or invalid".to_owned(),
+        Cause::QuotaExceeded => {
+            "the disk quota is exhausted; delete files, or write to another disk".to_owned()
+        }
+        Cause::FileTooLarge => {
+            "the file would be larger than the file system allows; write it to another disk"
+                .to_owned()
+        }
+        Cause::InvalidFilename => {
+            "the file name is too long or invalid; choose another name".to_owned()
+        }
         _ => cause.to_string(),
     }
 }

@@ -86,7 +86,7 @@ impl Folder {
         };
         Ok(Self {
             root: FolderRoot::Disk(parent.canonicalize()?),
-            ..Self::without_files(file_bytes)
+            ..Self::for_built_in_scene(file_bytes)
         })
     }
 
@@ -113,7 +113,7 @@ impl Folder {
             root,
             inputs: Rc::clone(&self.inputs),
             allows_outside: self.allows_outside,
-            ..Self::without_files(self.file_bytes)
+            ..Self::for_built_in_scene(self.file_bytes)
         })
     }
 
@@ -126,8 +126,10 @@ impl Folder {
     }
 
     /// Creates the folder of a built-in scene, which has no files.
-    pub fn without_files(file_bytes: u64) -> Self {
-        let root = FolderRoot::NoFiles("a built-in scene cannot read files");
+    pub fn for_built_in_scene(file_bytes: u64) -> Self {
+        let root = FolderRoot::NoFiles(
+            "a built-in scene has no folder from which files could be read; save the scene as a file (raywright presets NAME) beside them",
+        );
         Self {
             root,
             allows_outside: false,
@@ -148,7 +150,7 @@ impl Folder {
         };
         Self {
             root,
-            ..Self::without_files(file_bytes)
+            ..Self::for_built_in_scene(file_bytes)
         }
     }
 
@@ -172,7 +174,7 @@ impl Folder {
                 // opened.
                 if !path.is_file() {
                     return Err(ReadError::Refused(format!(
-                        "`{reference}` is not a regular file"
+                        "`{reference}` is not a regular file, but a folder, a pipe or a device; name a file"
                     )));
                 }
                 let file = File::open(&path).map_err(unreadable)?;
@@ -185,7 +187,7 @@ impl Folder {
         };
         let bytes = bytes.ok_or_else(|| {
             ReadError::TooLarge(format!(
-                "`{reference}` is larger than the limit of {}",
+                "`{reference}` is larger than the limit of {}; use a smaller file",
                 format_bytes(self.file_bytes)
             ))
         })?;
@@ -250,7 +252,9 @@ impl Folder {
             FolderRoot::Disk(root) => root,
             FolderRoot::Resolver(resolver, prefix) => {
                 let Some(name) = normalise_reference(local) else {
-                    return refuse("lies outside the scene's folder");
+                    return refuse(
+                        "lies outside the scene's folder, and only files in that folder are read",
+                    );
                 };
                 let parts: Vec<_> = name.iter().map(|part| part.to_string_lossy()).collect();
                 return Ok(FileLocation::Resolver(
@@ -347,7 +351,7 @@ fn has_scheme(reference: &str) -> bool {
 
 /// Reads all bytes of a file; returns `None` for a file longer than `limit` bytes.
 pub(crate) fn read_file(file: &File, limit: u64) -> std::io::Result<Option<Vec<u8>>> {
-    read_limited(
+    read_up_to_limit(
         file,
         file.metadata().map_or(0, |metadata| metadata.len()),
         limit,
@@ -356,7 +360,7 @@ pub(crate) fn read_file(file: &File, limit: u64) -> std::io::Result<Option<Vec<u
 
 /// Reads all bytes of a source; returns `None` for more than `limit` bytes. `reported` is the
 /// number of bytes that the source states, or 0 if unknown.
-pub(crate) fn read_limited(
+pub(crate) fn read_up_to_limit(
     source: impl Read,
     reported: u64,
     limit: u64,

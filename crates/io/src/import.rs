@@ -215,7 +215,10 @@ impl Warnings {
         if self.left_out > 0 {
             self.list.push((
                 WarningCode::More,
-                format!("{} more warnings are not shown", self.left_out),
+                format!(
+                    "{} more warnings about the file are not shown",
+                    self.left_out
+                ),
             ));
         }
         self.list
@@ -265,7 +268,7 @@ pub(crate) fn check_available_memory(bytes: u64) -> ImportResult<()> {
         return Ok(());
     }
     Err(Fault::over_limit(format!(
-        "needs {} of memory, more than the system has available",
+        "needs {} of memory, more than the system has available; close other programs, or use a smaller file",
         format_bytes(bytes)
     )))
 }
@@ -315,7 +318,9 @@ impl DecodeBudget {
     pub fn reserve_triangles(&mut self, count: usize) -> ImportResult<()> {
         let total = self.limits.triangles;
         self.triangles = self.triangles.checked_sub(count as u64).ok_or_else(|| {
-            Fault::over_limit(format!("has more triangles than the limit of {total}"))
+            Fault::over_limit(format!(
+                "has more triangles than the limit of {total}; simplify its meshes"
+            ))
         })?;
         self.reserve_memory(count, size_of::<[u32; 3]>())
     }
@@ -327,7 +332,9 @@ impl DecodeBudget {
     pub fn reserve_object(&mut self) -> ImportResult<()> {
         let total = self.limits.objects;
         self.objects = self.objects.checked_sub(1).ok_or_else(|| {
-            Fault::over_limit(format!("has more objects than the limit of {total}"))
+            Fault::over_limit(format!(
+                "has more objects than the limit of {total}; merge or remove objects"
+            ))
         })?;
         // 128 bytes are assumed for the names of the object.
         self.reserve_memory(1, size_of::<raywright_core::scene::Object>() + 128)

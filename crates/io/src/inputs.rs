@@ -24,7 +24,7 @@ pub struct InputFiles {
 
 /// Reason why an output must not be written to a path: it would replace an input file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum PathClash {
+pub enum OverwrittenInput {
     /// An input file is at this path. The value is the name under which the file was read.
     Read(PathBuf),
     /// The scene names this path for a file that was missing or not needed.
@@ -73,7 +73,7 @@ impl InputFiles {
     pub fn find_conflicting_output<'a>(
         &self,
         places: impl IntoIterator<Item = (&'a OutputPath, Option<u64>)>,
-    ) -> Option<(usize, PathClash)> {
+    ) -> Option<(usize, OverwrittenInput)> {
         let prints: HashSet<u64> = self
             .read
             .iter()
@@ -84,9 +84,9 @@ impl InputFiles {
             .enumerate()
             .find_map(|(i, (place, there))| {
                 let is_read = there.is_some_and(|there| prints.contains(&there))
-                    || place.is_one_of(&self.read);
-                let clash = if is_read || place.is_one_of(&self.named) {
-                    self.find_clash(place)
+                    || place.matches_any_path(&self.read);
+                let clash = if is_read || place.matches_any_path(&self.named) {
+                    self.find_overwritten_input(place)
                 } else {
                     None
                 };
@@ -96,8 +96,8 @@ impl InputFiles {
 
     /// Returns the reason why an output path must not be written to, or `None` if writing
     /// overwrites no input.
-    pub fn find_clash(&self, place: &OutputPath) -> Option<PathClash> {
-        let there = place.open_existing();
+    pub fn find_overwritten_input(&self, place: &OutputPath) -> Option<OverwrittenInput> {
+        let there = place.open_existing_file();
         // If the scene is read from a pipe, opening the pipe again would block. An output never
         // replaces a pipe.
         let handle = |path: &Path| {
@@ -107,19 +107,20 @@ impl InputFiles {
                 None
             }
         };
-        let same = |path: &Path| place.is_path(path) || (there.is_some() && handle(path) == there);
+        let same =
+            |path: &Path| place.matches_path(path) || (there.is_some() && handle(path) == there);
         let read = self
             .read
             .iter()
             .find(|path| same(path))
             .cloned()
-            .map(PathClash::Read);
+            .map(OverwrittenInput::Read);
         read.or_else(|| {
             self.named
                 .iter()
-                .find(|path| place.is_path(path))
+                .find(|path| place.matches_path(path))
                 .cloned()
-                .map(PathClash::Named)
+                .map(OverwrittenInput::Named)
         })
     }
 }
@@ -177,14 +178,14 @@ mod tests {
             "hard.png",
         ] {
             assert_eq!(
-                inputs.find_clash(&input_place(&folder.join(name))),
-                Some(PathClash::Read(wood.clone())),
+                inputs.find_overwritten_input(&input_place(&folder.join(name))),
+                Some(OverwrittenInput::Read(wood.clone())),
                 "{name}"
             );
         }
         for name in ["copy.png", "new.png", "sub/wood.png"] {
             assert_eq!(
-                inputs.find_clash(&input_place(&folder.join(name))),
+                inputs.find_overwritten_input(&input_place(&folder.join(name))),
                 None,
                 "{name}"
             );
@@ -192,7 +193,7 @@ mod tests {
         // The reverse: read through a link, written under the file's own name.
         let mut linked = InputFiles::default();
         linked.record_read(&folder.join("link to link.png"));
-        assert!(linked.find_clash(&input_place(&wood)).is_some());
+        assert!(linked.find_overwritten_input(&input_place(&wood)).is_some());
     }
 
     /// Protects: the first of many places that clashes is reported, for each reason that alone
@@ -216,19 +217,19 @@ mod tests {
         assert_eq!(clash("other.png"), None);
         assert_eq!(
             clash("wood.png"),
-            Some((1, PathClash::Read(at("wood.png"))))
+            Some((1, OverwrittenInput::Read(at("wood.png"))))
         );
         assert_eq!(
             clash("hard.png"),
-            Some((1, PathClash::Read(at("wood.png"))))
+            Some((1, OverwrittenInput::Read(at("wood.png"))))
         );
         assert_eq!(
             clash("gone.png"),
-            Some((1, PathClash::Read(at("gone.png"))))
+            Some((1, OverwrittenInput::Read(at("gone.png"))))
         );
         assert_eq!(
             clash("named.png"),
-            Some((1, PathClash::Named(at("named.png"))))
+            Some((1, OverwrittenInput::Named(at("named.png"))))
         );
     }
 
@@ -240,11 +241,11 @@ mod tests {
         let mut inputs = InputFiles::default();
         inputs.record_read(&wood);
         assert_eq!(
-            inputs.find_clash(&input_place(&wood)),
-            Some(PathClash::Read(wood.clone()))
+            inputs.find_overwritten_input(&input_place(&wood)),
+            Some(OverwrittenInput::Read(wood.clone()))
         );
         assert_eq!(
-            inputs.find_clash(&input_place(&wood.with_extension("exr"))),
+            inputs.find_overwritten_input(&input_place(&wood.with_extension("exr"))),
             None
         );
     }
@@ -258,11 +259,11 @@ mod tests {
         let mut inputs = InputFiles::default();
         inputs.record_named(&folder.join("scene/./../wood.png"));
         assert_eq!(
-            inputs.find_clash(&input_place(&folder.join("wood.png"))),
-            Some(PathClash::Named(folder.join("wood.png")))
+            inputs.find_overwritten_input(&input_place(&folder.join("wood.png"))),
+            Some(OverwrittenInput::Named(folder.join("wood.png")))
         );
         assert_eq!(
-            inputs.find_clash(&input_place(&folder.join("wood2.png"))),
+            inputs.find_overwritten_input(&input_place(&folder.join("wood2.png"))),
             None
         );
     }

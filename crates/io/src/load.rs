@@ -117,7 +117,7 @@ pub fn load_observed(
             refuse_model_choices(&format!("preset:{name}"), &options.model)?;
             refuse_up_axis(&format!("preset:{name}"), &options.model)?;
             let preset = presets::get(name)?;
-            let folder = Folder::without_files(options.limits.file_bytes);
+            let folder = Folder::for_built_in_scene(options.limits.file_bytes);
             load_native_scene(
                 &format!("preset:{name}"),
                 name,
@@ -248,7 +248,7 @@ fn check_scene_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), 
         return Err(Error::over_limit(
             name,
             format!(
-                "the scene has {objects} objects, more than the limit of {}",
+                "the scene has {objects} objects, more than the limit of {}; merge or remove objects",
                 limits.objects
             ),
         ));
@@ -262,7 +262,7 @@ fn check_scene_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), 
         return Err(Error::over_limit(
             name,
             format!(
-                "the scene has {triangles} triangles, more than the limit of {}",
+                "the scene has {triangles} triangles, more than the limit of {}; simplify its meshes",
                 limits.triangles
             ),
         ));

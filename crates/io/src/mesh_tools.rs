@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 use raywright_core::display::curve;
 use raywright_core::scene::{MeshData, TransferCurve, TransformStep};
-use raywright_core::validate::{FARTHEST, SMALLEST};
+use raywright_core::validate::{MAX_COORDINATE, MIN_LENGTH};
 
 /// Whether a transform is invertible. Rays can be traced in a mesh's own space only under an
 /// invertible transform.
@@ -14,7 +14,7 @@ pub(crate) fn is_invertible(transform: &DAffine3) -> bool {
     let upright = |m: DMat3| {
         let axes = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
         let volume = m.determinant().abs() / (axes[0] * axes[1] * axes[2]);
-        axes.iter().all(|length| *length >= SMALLEST) && volume > 1e-9
+        axes.iter().all(|length| *length >= MIN_LENGTH) && volume > 1e-9
     };
     upright(transform.matrix3) && upright(transform.matrix3.transpose())
 }
@@ -57,7 +57,7 @@ pub(crate) fn drop_non_finite_triangles(mesh: &mut MeshData) -> usize {
     let unusable: Vec<bool> = mesh
         .positions
         .iter()
-        .map(|p| !p.to_array().iter().all(|c| c.abs() <= FARTHEST))
+        .map(|p| !p.to_array().iter().all(|c| c.abs() <= MAX_COORDINATE))
         .collect();
     if !unusable.contains(&true) {
         return 0;

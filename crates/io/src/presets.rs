@@ -1,6 +1,6 @@
 //! Built-in scenes: the files of `scenes/` at the time of the build.
 
-use raywright_core::suggest::closest_word;
+use raywright_core::suggest::most_similar_word;
 
 use crate::error::Error;
 use crate::native;
@@ -48,7 +48,7 @@ pub fn get(name: &str) -> Result<Preset, Error> {
             text,
         });
     }
-    let hint = match closest_word(name, names()) {
+    let hint = match most_similar_word(name, names()) {
         Some(word) => format!("did you mean `preset:{word}`?"),
         None if PRESETS.is_empty() => {
             "this program was built without presets: give the path of a scene file".to_owned()
@@ -60,7 +60,7 @@ pub fn get(name: &str) -> Result<Preset, Error> {
 
 /// Returns the bytes of a file that is built into the program. A preset names such a file as
 /// `embedded:NAME`.
-pub(crate) fn asset(name: &str) -> Option<&'static [u8]> {
+pub(crate) fn find_asset(name: &str) -> Option<&'static [u8]> {
     ASSETS
         .iter()
         .find(|(known, _)| *known == name)

@@ -179,7 +179,7 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
 /// Returns the warning about `count` cut meshes that are not closed; `None` if all are closed.
 fn open_meshes_warning(count: usize, name: &str) -> Option<Warning> {
     let message = format!(
-        "{count} of the cut meshes are not closed, so that the section leaves openings in them"
+        "{count} of the cut meshes are not closed, so that the section leaves openings in them; close the holes of these meshes for a solid section"
     );
     (count > 0).then(|| Warning::new(WarningCode::Section, name, message))
 }

@@ -177,7 +177,7 @@ impl SceneFormat {
 
 /// Returns the names of the scene and model files in a folder, in alphabetical order. The list is
 /// empty if the folder is unreadable. At most 10,000 files are examined.
-pub fn list_models(folder: &Path) -> Vec<String> {
+pub fn list_scenes_and_models(folder: &Path) -> Vec<String> {
     /// Largest number of files in a folder that are examined; the remaining files of a larger
     /// folder are left out.
     const MOST: usize = 10_000;
@@ -255,7 +255,7 @@ impl SourceInfo {
         let message = |problem: &Problem| format!("{}: {}", problem.path, problem.message);
         if let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) {
             let at = |problem: Problem| Diagnostic {
-                span: self.span(&problem.path),
+                span: self.find_text_span(&problem.path),
                 message: problem.message,
                 label: String::new(),
                 hint: problem.hint,
@@ -275,7 +275,7 @@ impl SourceInfo {
     }
 
     /// Returns the syntax tree of the text; `None` for a scene without a text.
-    fn tree(&self) -> Option<&native::SyntaxTree> {
+    fn syntax_tree(&self) -> Option<&native::SyntaxTree> {
         let (Some(text), SceneFormat::Native(notation)) = (&self.text, self.format) else {
             return None;
         };
@@ -286,8 +286,8 @@ impl SourceInfo {
 
     /// Returns the byte range of a part of the scene in the text. A part that comes from a model
     /// file has the range of the text's entry for this model.
-    fn span(&self, path: &str) -> Option<Range<usize>> {
-        let tree = self.tree()?;
+    fn find_text_span(&self, path: &str) -> Option<Range<usize>> {
+        let tree = self.syntax_tree()?;
         let (list, rest) = path.split_once('[').unwrap_or((path, ""));
         let index = rest.split(']').next().and_then(|index| index.parse().ok());
         let holds = |entries: &&ModelEntries| {
@@ -307,7 +307,7 @@ impl SourceInfo {
         let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) else {
             return format!("{}: {path}", self.name);
         };
-        match self.span(path) {
+        match self.find_text_span(path) {
             Some(span) => {
                 let place = TextPosition::from_span(text, &span);
                 format!("{}:{}:{}", self.name, place.line, place.column)

@@ -482,7 +482,7 @@ fn a_scene_knows_its_files() {
         .inputs;
     let held = |name: &str| {
         let file = output::OutputPath::resolve(&place.folder.path().join(name)).expect("a place");
-        inputs.find_clash(&file).is_some()
+        inputs.find_overwritten_input(&file).is_some()
     };
     for name in [
         "x.scene.toml",

@@ -65,7 +65,7 @@ fn every_rung_has_a_row() {
         "  reference ",
         "  4 *",
         "  1024 ",
-        "not measured, because this scene does not need it: integrator, light-sampling, fresnel, microfacets, colour, texture-filter",
+        "not measured, because without effect on this scene: integrator, light-sampling, fresnel, microfacets, colour, texture-filter",
         "change of time and picture by each effect",
         "  mirror reflection",
         "worth their time",
@@ -325,7 +325,7 @@ fn the_page_stands_alone() {
     let svg = std::fs::read_to_string(sandbox.path("a.svg")).expect("a plot");
     assert!(
         svg.starts_with("<svg")
-            && svg.contains(">worth their time, together<")
+            && svg.contains(">settings worth their time<")
             && svg.contains("<title>--spp ")
     );
     assert_eq!(

@@ -126,7 +126,7 @@ fn what_is_no_film_says_why() {
         ),
         (
             changed(27, 1),
-            "the header of the film file is longer than any valid header: the file is damaged",
+            "the header of the film file is longer than any valid header: the file is damaged; copy it again, or render again",
         ),
         (
             changed(28, b'!'),

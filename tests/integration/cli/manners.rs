@@ -90,7 +90,7 @@ fn a_render_says_two_lines() {
     assert_eq!(lines.len(), 2, "{}", run.stderr);
     assert!(
         lines[0]
-            .starts_with("note: the model has no lights: the default studio lights it; without a camera the whole scene is shown")
+            .starts_with("note: the model has no lights: the default studio lights it; the file has no camera: the whole scene is shown")
     );
     assert!(
         lines[1].starts_with("wrote truck.png (32x18, 64 samples, error 0."),
@@ -273,7 +273,7 @@ fn colours_have_their_usual_names() {
     scene("[230, 178, 25]");
     let run = sandbox.run(&["check", "c.scene.toml"]);
     run.exits_with(0).prints(
-        "warning: c.scene.toml: `base_colour` of material `m` is [230, 178, 25], many times the light that it gets; codes from 0 to 255 are \
+        "warning: c.scene.toml: `base_colour` of material `m` is [230, 178, 25], more than a surface can reflect (1 is white); codes from 0 to 255 are \
          written \"rgb(230, 178, 25)\" [colour-codes]",
     );
     scene("\"rebeccapurpel\"");

@@ -171,7 +171,7 @@ fn motion_is_explained_switched_off_and_checked() {
         status(&[]),
         told(
             "left-out",
-            "the camera has no shutter: the picture is of time 0"
+            "the camera has no shutter, so the picture shows the scene at time 0"
         )
     );
     sandbox.write("a.scene.toml", scene(camera, ""));

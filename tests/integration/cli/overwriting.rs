@@ -382,7 +382,9 @@ fn file_limits_leave_nothing_behind() {
         let said = String::from_utf8_lossy(&run.stderr);
         assert_eq!(run.status.code(), Some(4), "{arguments}: {said}");
         assert!(
-            said.contains("the file would be larger than the file system allows"),
+            said.contains(
+                "the file would be larger than the file system allows; write it to another disk"
+            ),
             "{said}"
         );
         assert_eq!(everything(&sandbox), before, "{arguments}");

@@ -467,7 +467,7 @@ material = "plain"
     let messages: Vec<&str> = run.stderr.lines().collect();
     assert_eq!(
         messages[0],
-        "note: the scene has no light: a neutral grey sky is added; without a camera the whole scene is shown"
+        "note: the scene has no light: a neutral grey sky is added; the file has no camera: the whole scene is shown"
     );
     assert!(
         messages.len() == 2 && messages[1].starts_with("wrote bare.png (32x18, 1 sample"),

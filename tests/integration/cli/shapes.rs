@@ -135,7 +135,7 @@ fn sections_are_capped() {
     let nothing = sandbox.run(&["render", "b.obj", "--section", "x=-1", "-o", "n.png"]);
     nothing
         .exits_with(3)
-        .prints_like("--section cuts away the whole model");
+        .prints_like("--section cuts away the whole model; choose another position");
     sandbox.write("open.obj", BLOCK.replace("f 1 4 3 2\n", ""));
     sandbox
         .run(&[

@@ -73,7 +73,7 @@ fn views(precision: PrecisionChoice) {
         );
         check(
             &format!("{name} display"),
-            &ACES_22.to_values(&ours),
+            &ACES_22.to_display_values(&ours),
             &read(&folder.join("final.exr")),
             &stable,
         );
@@ -200,7 +200,7 @@ fn a_single_wrong_rule_is_seen() {
         let fails = |&(name, t, size): &(&str, f64, [u32; 2])| {
             let folder = folder.join(name);
             let mask = read(&folder.join("stable.png"));
-            let ours = ACES_22.to_values(&make(t, size));
+            let ours = ACES_22.to_display_values(&make(t, size));
             let found = shares(&ours, &read(&folder.join("final.exr")), &|i| {
                 mask.rgb[i][0] > 0.5
             });

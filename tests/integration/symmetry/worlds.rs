@@ -124,7 +124,7 @@ impl WorldMaker<'_> {
         [(); 3].map(|()| self.rng.next_uniform(0.1, 0.9))
     }
     fn chance(&mut self, of: f64) -> bool {
-        self.rng.next_unit() < of
+        self.rng.next_in_unit_interval() < of
     }
 
     /// A shape of a kind at a position.
@@ -225,7 +225,7 @@ impl WorldMaker<'_> {
 
     /// A closed irregular mesh of eighty faces, with or without vertex normals.
     fn mesh(&mut self, name: &str, place: DVec3, layout: &WorldLayout) -> Value {
-        let ball = raywright::bvh::stability::triangles::icosphere(1);
+        let ball = raywright::bvh::stability::triangles::create_icosphere(1);
         let size = self.step(0.375, 0.75);
         let bend = |p: DVec3| (p * size * 1024.0).round() / 1024.0;
         let corners: Vec<DVec3> = ball

@@ -27,19 +27,19 @@ const SPARSE_BLOCK: usize = 5;
 /// Planned content of a lane (one of a node's eight child positions): an inner node, a single
 /// primitive, or a leaf of up to eight primitives of one kind. An inner node is given by its index
 /// in the binary tree, primitives by their box indices.
-enum LaneRef {
+enum PlannedChildRef {
     Inner(u32),
     Single(u32),
     Leaf(LeafKind, ArrayVec<u32, WIDTH>),
 }
 
 /// A lane (child position) of a node that is being built.
-struct PlannedLane {
+struct PlannedChild {
     bounds: PaddedBox,
-    content: LaneRef,
+    content: PlannedChildRef,
 }
 
-type NodeLanes = ArrayVec<PlannedLane, WIDTH>;
+type PlannedChildren = ArrayVec<PlannedChild, WIDTH>;
 
 /// A binary tree that is being collapsed, with the costs of its subtrees.
 struct TreeCollapse<'a> {
@@ -80,7 +80,7 @@ impl TreeCollapse<'_> {
 
     /// Appends at most `lanes` lanes (child positions) that together hold a subtree, by the choices
     /// of its costs.
-    fn append_subtree_lanes(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
+    fn append_planned_children(&self, node: u32, mut lanes: usize, out: &mut PlannedChildren) {
         let (pick, bounds) = (
             &self.costs[node as usize].choices,
             self.binary.nodes[node as usize].bounds,
@@ -89,42 +89,44 @@ impl TreeCollapse<'_> {
             lanes -= 1;
         }
         match pick[lanes - 1] {
-            AS_LEAF => out.push(PlannedLane {
+            AS_LEAF => out.push(PlannedChild {
                 bounds,
                 content: self.make_leaf_ref(node),
             }),
-            AS_INNER if lanes == 1 => out.push(PlannedLane {
+            AS_INNER if lanes == 1 => out.push(PlannedChild {
                 bounds,
-                content: LaneRef::Inner(node),
+                content: PlannedChildRef::Inner(node),
             }),
-            _ => self.append_sibling_lanes(self.binary.nodes[node as usize].first, lanes, out),
+            _ => {
+                self.append_children_of_siblings(self.binary.nodes[node as usize].first, lanes, out)
+            }
         }
     }
 
     /// Appends the lanes of two siblings, `left` and the node after it.
-    fn append_sibling_lanes(&self, left: u32, lanes: usize, out: &mut NodeLanes) {
+    fn append_children_of_siblings(&self, left: u32, lanes: usize, out: &mut PlannedChildren) {
         let leaves = self.costs[left as usize].leaves + self.costs[left as usize + 1].leaves;
         let lanes = lanes.min(leaves.into());
         let to_left = self.left_child_lane_count(left, lanes);
-        self.append_subtree_lanes(left, to_left, out);
-        self.append_subtree_lanes(left + 1, lanes - to_left, out);
+        self.append_planned_children(left, to_left, out);
+        self.append_planned_children(left + 1, lanes - to_left, out);
     }
 
     /// Returns the content of a lane that holds the subtree as a leaf.
-    fn make_leaf_ref(&self, node: u32) -> LaneRef {
+    fn make_leaf_ref(&self, node: u32) -> PlannedChildRef {
         let SubtreeCosts {
             shared_count: alike,
             leaf_kind,
             ..
         } = self.costs[node as usize];
         if usize::from(alike) > WIDTH {
-            return LaneRef::Single(
+            return PlannedChildRef::Single(
                 self.binary.order[self.binary.nodes[node as usize].first as usize],
             );
         }
         let mut places = ArrayVec::new();
         self.collect_primitives(node, &mut places);
-        LaneRef::Leaf(leaf_kind, places)
+        PlannedChildRef::Leaf(leaf_kind, places)
     }
 
     /// Appends the box indices of a small subtree's primitives.
@@ -152,15 +154,19 @@ impl TreeCollapse<'_> {
                 return None;
             }
             piece.deepest = piece.deepest.max(depth);
-            let mut lanes = NodeLanes::new();
-            self.append_sibling_lanes(self.binary.nodes[root as usize].first, WIDTH, &mut lanes);
+            let mut lanes = PlannedChildren::new();
+            self.append_children_of_siblings(
+                self.binary.nodes[root as usize].first,
+                WIDTH,
+                &mut lanes,
+            );
             let first = work.len();
             merge_sparse_blocks(&mut lanes);
             // Any-hit rays visit lanes from last to first. So the lanes most likely to end them
             // come last: leaves, and large boxes.
-            let value_of = |lane: &PlannedLane| {
+            let value_of = |lane: &PlannedChild| {
                 (
-                    !matches!(lane.content, LaneRef::Inner(_)),
+                    !matches!(lane.content, PlannedChildRef::Inner(_)),
                     half_area(&lane.bounds),
                 )
             };
@@ -170,9 +176,9 @@ impl TreeCollapse<'_> {
                     .cmp(&value_of(b).0)
                     .then(value_of(a).1.total_cmp(&value_of(b).1))
             });
-            for (lane, PlannedLane { bounds, content }) in lanes.into_iter().enumerate() {
+            for (lane, PlannedChild { bounds, content }) in lanes.into_iter().enumerate() {
                 let child = match content {
-                    LaneRef::Inner(node) if node as usize >= tops => {
+                    PlannedChildRef::Inner(node) if node as usize >= tops => {
                         piece.jobs.push(SubtreeJob {
                             node: slot,
                             lane,
@@ -181,16 +187,16 @@ impl TreeCollapse<'_> {
                         });
                         ChildRef::NONE
                     }
-                    LaneRef::Inner(node) => {
+                    PlannedChildRef::Inner(node) => {
                         work.push((piece.nodes.len(), node, depth + 1));
                         piece.nodes.push(Bvh8Node::EMPTY);
                         ChildRef::new(ChildRef::INNER, piece.nodes.len() - 1)
                     }
-                    LaneRef::Single(index) => {
+                    PlannedChildRef::Single(index) => {
                         piece.order.push(index);
                         ChildRef::new(ChildRef::OTHER, piece.order.len() - 1)
                     }
-                    LaneRef::Leaf(leaf_kind, places) => piece.push_leaf(leaf_kind, &places),
+                    PlannedChildRef::Leaf(leaf_kind, places) => piece.push_leaf(leaf_kind, &places),
                 };
                 piece.nodes[slot].set_child(lane, &bounds, child);
             }
@@ -208,8 +214,11 @@ impl CollapsedSubtree {
         self.order.extend_from_slice(places);
         match leaf_kind {
             LeafKind::Spheres if count > 1 => {
-                self.rows
-                    .push(PrimitiveRow::with_count(RowKind::Spheres, first, count));
+                self.rows.push(PrimitiveRow::with_primitive_count(
+                    RowKind::Spheres,
+                    first,
+                    count,
+                ));
                 ChildRef::new(ChildRef::ROW, self.rows.len() - 1)
             }
             LeafKind::Triangles => {
@@ -299,18 +308,18 @@ impl Bvh8 {
 }
 
 /// Merges sparse blocks of a node where rays test the merged block at less cost than two blocks.
-fn merge_sparse_blocks(lanes: &mut NodeLanes) {
-    while let Some((into, from)) = find_mergeable_pair(lanes) {
-        let PlannedLane {
+fn merge_sparse_blocks(lanes: &mut PlannedChildren) {
+    while let Some((into, from)) = find_mergeable_blocks(lanes) {
+        let PlannedChild {
             bounds,
-            content: LaneRef::Leaf(_, places),
+            content: PlannedChildRef::Leaf(_, places),
         } = lanes.remove(from)
         else {
             break;
         };
         let into = &mut lanes[into - usize::from(from < into)];
         into.bounds = into.bounds.union(&bounds);
-        if let LaneRef::Leaf(_, own) = &mut into.content {
+        if let PlannedChildRef::Leaf(_, own) = &mut into.content {
             own.extend(places);
         }
     }
@@ -318,9 +327,9 @@ fn merge_sparse_blocks(lanes: &mut NodeLanes) {
 
 /// Finds the pair of blocks to merge: they fit into one block, the second is sparse, and their box
 /// grows least.
-fn find_mergeable_pair(lanes: &[PlannedLane]) -> Option<(usize, usize)> {
+fn find_mergeable_blocks(lanes: &[PlannedChild]) -> Option<(usize, usize)> {
     let count = |lane: usize| match &lanes[lane].content {
-        LaneRef::Leaf(leaf_kind, places) => Some((*leaf_kind, places.len())),
+        PlannedChildRef::Leaf(leaf_kind, places) => Some((*leaf_kind, places.len())),
         _ => None,
     };
     let spent = |lane: usize| {

@@ -178,7 +178,7 @@ impl<S: Simd> ErrorBounds<S> {
 /// ray are read from memory and broadcast to all lanes when they are needed. So they occupy none of
 /// the traversal's registers.
 #[inline(always)]
-pub(super) fn filter_block<S: Simd>(
+pub(super) fn filter_triangle_block<S: Simd>(
     s: S,
     ray: &LeafRay,
     block: &Triangle8,
@@ -196,7 +196,7 @@ pub(super) fn filter_block<S: Simd>(
     let v = s.negate(dot(s, ab, across));
     let along = dot(s, normal, direction);
     let bounds = ErrorBounds::new(s, ray, from, &block.longest, far);
-    filter_lanes(
+    filter_triangle_lanes(
         s,
         [u, v, along],
         dot(s, normal, from),
@@ -209,7 +209,7 @@ pub(super) fn filter_block<S: Simd>(
 /// module documentation. The candidates are the triangles that are neither certainly missed nor
 /// certainly outside the range.
 #[inline(always)]
-pub(super) fn filter_lanes<S: Simd>(
+pub(super) fn filter_triangle_lanes<S: Simd>(
     s: S,
     [u, v, along]: [S::Floats; 3],
     distance: S::Floats,

@@ -133,7 +133,7 @@ impl Bvh8 {
     ) -> bool {
         // The rare case is a separate function, so that this function only forwards its registers.
         if self.always_row_count > 0 || self.nodes.is_empty() {
-            return self.visit_without_nodes(ox, oy, oz, dx, dy, dz, near, query, visitor);
+            return self.visit_rows_then_tree(ox, oy, oz, dx, dy, dz, near, query, visitor);
         }
         dispatch_kernel!(self.kernel, query, false, s, M => s.traverse::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor))
     }
@@ -143,7 +143,7 @@ impl Bvh8 {
     /// and single primitives are tested.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
-    fn visit_without_nodes(
+    fn visit_rows_then_tree(
         &self,
         ox: f32,
         oy: f32,
@@ -174,22 +174,22 @@ impl Bvh8 {
     /// ray in an instance's space, or of a set stored in f64. `traversal_ray` is the result of
     /// [`TraversalRay::from_f64_ray`].
     #[inline(never)]
-    pub(crate) fn visit_hits_of_mapped_ray(
+    pub(crate) fn visit_hits_of_rounded_ray(
         &self,
         traversal_ray: &TraversalRay,
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
         if self.always_row_count > 0 || self.nodes.is_empty() {
-            return self.visit_without_nodes_by_mapped_ray(traversal_ray, query, visitor);
+            return self.visit_rows_then_tree_by_rounded_ray(traversal_ray, query, visitor);
         }
-        dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_mapped::<M>(self, traversal_ray, query, visitor))
+        dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_by_rounded_ray::<M>(self, traversal_ray, query, visitor))
     }
 
-    /// Passes hits of a ray in f64 as [`Self::visit_hits_of_mapped_ray`], in a structure with
-    /// primitives outside nodes. Their order is that of [`Self::visit_without_nodes`].
+    /// Passes hits of a ray in f64 as [`Self::visit_hits_of_rounded_ray`], in a structure with
+    /// primitives outside nodes. Their order is that of [`Self::visit_rows_then_tree`].
     #[inline(never)]
-    fn visit_without_nodes_by_mapped_ray(
+    fn visit_rows_then_tree_by_rounded_ray(
         &self,
         traversal_ray: &TraversalRay,
         query: &mut TraversalQuery<'_>,
@@ -197,13 +197,13 @@ impl Bvh8 {
     ) -> bool {
         if self.always_row_count > 0 {
             let prepared_ray = *query.prepared_ray();
-            if dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_rows_outside_tree_by_mapped_ray::<M>(self, &prepared_ray, query, visitor))
+            if dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_rows_outside_tree_by_f64_ray::<M>(self, &prepared_ray, query, visitor))
             {
                 return true;
             }
         }
         if !self.nodes.is_empty() {
-            return dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_mapped::<M>(self, traversal_ray, query, visitor));
+            return dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_by_rounded_ray::<M>(self, traversal_ray, query, visitor));
         }
         dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_triangle_blocks::<M>(self, &traversal_ray.leaf_ray, query, visitor))
     }
@@ -275,7 +275,7 @@ macro_rules! define_traversals {
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse::<_, M>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), query, visitor) } -> bool;
             /// Traverses the tree by a ray in f64, as in an instance's space, rounded to f32.
-            pub(super) fn traverse_mapped<M: TraversalMode>(s, bvh: &Bvh8, traversal_ray: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
+            pub(super) fn traverse_by_rounded_ray<M: TraversalMode>(s, bvh: &Bvh8, traversal_ray: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
                 traverse::<_, M>(s, bvh, traversal_ray, query, visitor)
             } -> bool;
             /// Traverses the tree of an instance by a world-space ray; `None` if f32 is too
@@ -289,7 +289,7 @@ macro_rules! define_traversals {
             ) { intersect_rows_outside_tree::<_, M>(s, bvh, &PreparedRay::from_world_ray([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
             /// Intersects a ray in f64, as in an instance's space, with the rows that every query
             /// tests.
-            pub(super) fn intersect_rows_outside_tree_by_mapped_ray<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_rows_outside_tree::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
+            pub(super) fn intersect_rows_outside_tree_by_f64_ray<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_rows_outside_tree::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
             /// Intersects a ray with all triangle blocks and then all single primitives of a
             /// structure without nodes.
             pub(super) fn intersect_triangle_blocks<M: TraversalMode>(s, bvh: &Bvh8, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_all_triangle_blocks::<_, M>(s, bvh, leaf_ray, query, visitor) } -> bool;

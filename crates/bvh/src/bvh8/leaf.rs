@@ -19,7 +19,7 @@ use crate::shapes::{PreparedRay, TriangleHit};
 /// a certain hit ended the traversal. `far` is the greatest accepted distance, and `last` is `far`
 /// plus the rounding error of box tests.
 #[inline(always)]
-pub(super) fn filter_block_lanes<S: Simd, M: TraversalMode>(
+pub(super) fn find_lanes_for_exact_test<S: Simd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
     number: usize,
@@ -28,15 +28,16 @@ pub(super) fn filter_block_lanes<S: Simd, M: TraversalMode>(
     query: &mut TraversalQuery<'_>,
 ) -> Option<u32> {
     query.count_leaf::<M>(|| bvh.leaf_headers[number].count);
-    let found = filter::filter_block(s, leaf_ray, &bvh.blocks[number], last);
+    let found = filter::filter_triangle_block(s, leaf_ray, &bvh.blocks[number], last);
     if found.lanes == 0 {
         return Some(0);
     }
     let leaf_header = &bvh.leaf_headers[number];
     let [requested, ends] = query.block_lane_masks::<M>(leaf_header);
     let ended = M::ANY && ends & filter::find_certain_hits(s, &found, leaf_ray.near, far) != 0;
-    (!ended)
-        .then(|| found.lanes & requested & !(query.end_lanes::<M>(leaf_header) & found.is_signed))
+    (!ended).then(|| {
+        found.lanes & requested & !(query.ray_end_lanes::<M>(leaf_header) & found.is_signed)
+    })
 }
 
 /// Intersects those triangles of a block whose bits are set in the mask `lanes`, by the exact test.
@@ -50,7 +51,7 @@ pub(super) fn intersect_triangles<S: TraversalSimd, M: TraversalMode>(
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
-    let projected_ray = if M::MAPPED {
+    let projected_ray = if M::IS_RAY_ROUNDED {
         ProjectedRay::from_prepared(query.prepared_ray())
     } else {
         ProjectedRay::new(leaf_ray.origin, leaf_ray.direction)
@@ -114,7 +115,7 @@ pub(super) fn intersect_sphere_leaf<S: Simd, M: TraversalMode>(
     align_stack();
     // Prepared at the first row that the ray reaches.
     let prepared_ray = prepared_ray.get_or_insert_with(|| {
-        if M::MAPPED {
+        if M::IS_RAY_ROUNDED {
             *query.prepared_ray()
         } else {
             PreparedRay::from_world_ray(leaf_ray.origin, leaf_ray.direction)
@@ -155,7 +156,7 @@ pub(super) fn intersect_all_triangle_blocks<S: TraversalSimd, M: TraversalMode>(
 ) -> bool {
     for number in 0..bvh.blocks.len() {
         let far = query.max_distance::<M>();
-        match filter_block_lanes::<S, M>(
+        match find_lanes_for_exact_test::<S, M>(
             s,
             bvh,
             number,

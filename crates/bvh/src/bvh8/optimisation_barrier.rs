@@ -33,11 +33,11 @@ pub(crate) fn optimisation_barrier(value: f32) -> f32 {
 #[inline(always)]
 pub(crate) fn align_stack() {
     #[repr(align(64))]
-    struct Line {
+    struct CacheLine {
         _byte: u8,
     }
     // A variable: a constant expression would be placed in static memory.
-    let line = Line { _byte: 0 };
+    let line = CacheLine { _byte: 0 };
     keep_in_memory(&line);
 }
 

@@ -27,8 +27,8 @@ mod triangles;
 use glam::Vec3;
 
 use self::bundle::RayBundle;
-use self::triangles::{Rays8, intersect_triangle_block};
-use super::row::{PrimitiveRow, RaysF64};
+use self::triangles::{PreparedRays8, intersect_triangle_block};
+use super::row::{CommonOriginRays8, PrimitiveRow};
 use super::stack::TraversalStack;
 use super::traversal_ray::TraversalRay;
 use super::traversal_simd::TraversalSimd;
@@ -260,7 +260,8 @@ fn intersect_primitive_rows<S: Simd>(
         let row = |axis: usize| -> [f32; WIDTH] {
             core::array::from_fn(|lane| packet_state.directions[axis][first + lane])
         };
-        let rays = RaysF64::new(s, origin, [&row(0), &row(1), &row(2)], packet_state.culls);
+        let rays =
+            CommonOriginRays8::new(s, origin, [&row(0), &row(1), &row(2)], packet_state.culls);
         for row in rows {
             for lane in 0..usize::from(row.leaf_header.count) {
                 let far: [f32; WIDTH] = core::array::from_fn(|lane| packet_state.far[first + lane]);
@@ -313,7 +314,7 @@ fn traverse_nodes<S: TraversalSimd>(
     bvh: &Bvh8,
     bundle: &RayBundle<S>,
     packet_state: &mut PacketState,
-    exact: &mut Option<[Rays8; GROUPS]>,
+    exact: &mut Option<[PreparedRays8; GROUPS]>,
     visitor: &mut dyn PacketVisitor,
 ) -> bool {
     let (mut far, mut leaves) = (max_far_distance(packet_state), 0);

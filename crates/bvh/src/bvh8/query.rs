@@ -7,7 +7,7 @@ use super::traversal_ray::RayReparametrisation;
 use super::triangle8::LeafHeader;
 use super::{MaskLanes, WIDTH};
 use crate::ray::{Interval, Ray};
-use crate::ray_ends::RayEnds;
+use crate::ray_ends::RayEndTriangles;
 use crate::shapes::{PreparedRay, Transform, TriangleHit};
 use crate::stats::TraversalStats;
 
@@ -24,7 +24,7 @@ pub(crate) trait TraversalMode {
     ///
     /// Otherwise the hit of an opaque primitive ends an any-hit query without a call of the
     /// visitor.
-    const MAPPED: bool;
+    const IS_RAY_ROUNDED: bool;
     /// Whether the traversal counts its work.
     const COUNTS: bool;
 }
@@ -36,7 +36,7 @@ impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
     for StaticTraversalMode<ANY, MAPPED, COUNTS>
 {
     const ANY: bool = ANY;
-    const MAPPED: bool = MAPPED;
+    const IS_RAY_ROUNDED: bool = MAPPED;
     const COUNTS: bool = COUNTS;
 }
 
@@ -46,7 +46,7 @@ pub(crate) enum RaySource<'a> {
     /// A stored ray, then whether to prepare it for triangles and quads too, then the triangles at
     /// its ends. The pointer to these triangles makes the enum no larger, since another variant
     /// also has two pointers.
-    StoredRay(&'a Ray<f32>, bool, &'a RayEnds),
+    StoredRay(&'a Ray<f32>, bool, &'a RayEndTriangles),
     /// The object-to-world map of an instance, and the world-space ray to map.
     InInstance(&'a Transform, &'a PreparedRay),
     /// A ray that is already prepared.
@@ -113,7 +113,7 @@ impl TraversalQuery<'_> {
     /// ([`RayReparametrisation`]).
     #[inline(always)]
     pub(super) fn max_distance<M: TraversalMode>(&self) -> f32 {
-        if M::MAPPED {
+        if M::IS_RAY_ROUNDED {
             self.reparametrisation.traversal_far_distance(self.far)
         } else {
             self.far
@@ -138,8 +138,8 @@ impl TraversalQuery<'_> {
     /// Returns two masks of a leaf's lanes: the lanes that the query tests, and the lanes whose
     /// hits within the range end the traversal without a call of the visitor.
     #[inline(always)]
-    fn query_lane_masks<M: TraversalMode>(leaf_header: &LeafHeader) -> [u8; 2] {
-        if M::ANY && !M::MAPPED {
+    fn leaf_lane_masks<M: TraversalMode>(leaf_header: &LeafHeader) -> [u8; 2] {
+        if M::ANY && !M::IS_RAY_ROUNDED {
             [
                 leaf_header.opaque | leaf_header.filtered,
                 leaf_header.opaque,
@@ -153,7 +153,7 @@ impl TraversalQuery<'_> {
     /// hits, from either side, end the traversal without a call of the visitor.
     #[inline(always)]
     pub(super) fn block_lane_masks<M: TraversalMode>(&self, leaf_header: &LeafHeader) -> [u32; 2] {
-        let [requested, ends] = Self::query_lane_masks::<M>(leaf_header);
+        let [requested, ends] = Self::leaf_lane_masks::<M>(leaf_header);
         [
             requested.into(),
             if M::ANY {
@@ -165,11 +165,11 @@ impl TraversalQuery<'_> {
         ]
     }
 
-    /// Returns the mask of the block's triangles that are at the ends of the ray, see [`RayEnds`].
+    /// Returns the mask of the block's triangles that are at the ends of the ray, see [`RayEndTriangles`].
     #[inline(always)]
-    pub(super) fn end_lanes<M: TraversalMode>(&self, leaf_header: &LeafHeader) -> u32 {
+    pub(super) fn ray_end_lanes<M: TraversalMode>(&self, leaf_header: &LeafHeader) -> u32 {
         match &self.source {
-            RaySource::StoredRay(_, _, ends) if !M::MAPPED => {
+            RaySource::StoredRay(_, _, ends) if !M::IS_RAY_ROUNDED => {
                 let start = ends.start.lane_mask(leaf_header.first);
                 // Only shadow rays end before a surface.
                 ends.target
@@ -198,7 +198,7 @@ impl TraversalQuery<'_> {
         {
             return false;
         }
-        let ends = Self::query_lane_masks::<M>(leaf_header)[1] >> lane & 1 != 0;
+        let ends = Self::leaf_lane_masks::<M>(leaf_header)[1] >> lane & 1 != 0;
         ends || visitor.visit_hit(
             self,
             leaf_header.first + lane as u32,
@@ -217,7 +217,7 @@ impl TraversalQuery<'_> {
         row_hits: &RowHits<[f32; WIDTH]>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        let [requested, ends] = Self::query_lane_masks::<M>(leaf_header);
+        let [requested, ends] = Self::leaf_lane_masks::<M>(leaf_header);
         row_hits.hits & u32::from(ends) != 0
             || MaskLanes(row_hits.hits & u32::from(requested)).any(|lane| {
                 let v = if row_hits.exits >> lane & 1 == 0 {

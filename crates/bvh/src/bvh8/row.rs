@@ -65,7 +65,7 @@ impl PrimitiveRow {
         first: usize,
         own: impl Iterator<Item = ([Vec3; 2], Visibility)>,
     ) -> Self {
-        let mut row = Self::with_count(kind, first, 0);
+        let mut row = Self::with_primitive_count(kind, first, 0);
         for (lane, ([position, rest], visibility)) in own.take(WIDTH).enumerate() {
             for axis in 0..3 {
                 (row.positions[axis][lane], row.radii_or_normals[axis][lane]) =
@@ -79,7 +79,7 @@ impl PrimitiveRow {
 
     /// Creates a row for `count` primitives, whose positions are not set yet. Their slots (records)
     /// are consecutive from `first` on.
-    pub(super) fn with_count(kind: RowKind, first: usize, count: usize) -> Self {
+    pub(super) fn with_primitive_count(kind: RowKind, first: usize, count: usize) -> Self {
         Self {
             kind,
             leaf_header: LeafHeader::new(first, count),
@@ -147,7 +147,7 @@ impl PrimitiveRow {
         &self,
         s: S,
         lane: usize,
-        lines: &RaysF64<S>,
+        lines: &CommonOriginRays8<S>,
         near: f32,
         far: S::Floats,
     ) -> RowHits<S::Floats> {
@@ -330,14 +330,14 @@ fn intersect_planes<S: Simd>(
 
 /// Eight rays with a common origin, one per lane, with the values of [`PreparedRay`] that the tests
 /// of rows use.
-pub(super) struct RaysF64<S: Simd> {
+pub(super) struct CommonOriginRays8<S: Simd> {
     rays: RayLanes<S>,
     origin: DVec3,
     rows: [[f32; WIDTH]; 3],
     culls: bool,
 }
 
-impl<S: Simd> RaysF64<S> {
+impl<S: Simd> CommonOriginRays8<S> {
     /// Prepares eight rays in lanes, by the operations of [`PreparedRay`]. The arrays hold the
     /// components of the directions.
     #[inline(always)]

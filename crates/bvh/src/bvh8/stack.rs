@@ -69,10 +69,13 @@ impl TraversalStack {
     /// Returns the storage for eight entries from `index` on, enough for all children of a node.
     /// The entries may be uninitialised.
     #[inline(always)]
-    pub fn eight_entries(&mut self, index: usize) -> &mut [MaybeUninit<StackEntry>; WIDTH] {
+    pub fn storage_of_node_entries(
+        &mut self,
+        index: usize,
+    ) -> &mut [MaybeUninit<StackEntry>; WIDTH] {
         let Some(eight) = self.0[index..].first_chunk_mut() else {
             panic!(
-                "a node is deeper in the tree than the traversal stack allows; trees are built at most 64 levels deep"
+                "internal error: a node is deeper in the tree than the 64 levels for which the traversal stack has entries; please report this"
             )
         };
         eight
@@ -88,7 +91,7 @@ impl TraversalStack {
         entries: &[f32; WIDTH],
         mask: u32,
     ) -> usize {
-        let (room, mut count) = (self.eight_entries(base), 0);
+        let (room, mut count) = (self.storage_of_node_entries(base), 0);
         for lane in MaskLanes(mask) {
             let stack_entry = StackEntry::new(children[lane], entries[lane]);
             let mut hole = count;
@@ -114,7 +117,9 @@ impl TraversalStack {
     #[inline(always)]
     pub unsafe fn top_two_children(&self, top: usize) -> [ChildRef; 2] {
         let Some(two) = self.0[..top].last_chunk::<2>() else {
-            panic!("the traversal stack has fewer than two entries")
+            panic!(
+                "internal error: two entries are read from a traversal stack that has fewer; please report this"
+            )
         };
         // SAFETY: the caller guarantees that both were written.
         two.map(|waiting| unsafe { waiting.assume_init() }.child())

@@ -32,7 +32,7 @@ pub(crate) struct TraversalRay {
 }
 
 /// Result of rounding a ray in an instance's space to f32.
-pub(crate) enum ApproximateRay {
+pub(crate) enum RayRoundingResult {
     /// The ray misses the bounding sphere of the instanced geometry.
     Miss,
     /// The rounded ray, and the distance at which it starts.
@@ -201,7 +201,7 @@ impl TraversalRay {
         [origin, direction]: [DVec3; 2],
         near: f32,
         bounds: &BoundingSphere,
-    ) -> ApproximateRay {
+    ) -> RayRoundingResult {
         let stored = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32];
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let (o, d, [x, y, z]) = (stored(origin), stored(direction), bounds.centre);
@@ -219,7 +219,7 @@ impl TraversalRay {
             && squared > MIN_LENGTH_SQUARED
             && squared < 1.0 / MIN_LENGTH_SQUARED)
         {
-            return ApproximateRay::Imprecise;
+            return RayRoundingResult::Imprecise;
         }
         let nearest = [
             d[0] * middle - to_centre[0],
@@ -227,7 +227,7 @@ impl TraversalRay {
             d[2] * middle - to_centre[2],
         ];
         if dot(nearest, nearest) > bounds.radius * bounds.radius {
-            return ApproximateRay::Miss;
+            return RayRoundingResult::Miss;
         }
         let start = max_or_second(middle - half, near - near.abs() * (4.0 * U));
         let moved = stored(origin + direction * f64::from(start));
@@ -241,7 +241,7 @@ impl TraversalRay {
             length,
         )
         .widen_error_bounds([error; 3], 3.0 * error);
-        ApproximateRay::Hit(traversal_ray, start)
+        RayRoundingResult::Hit(traversal_ray, start)
     }
 
     /// Increases the error bounds of the ray, for an origin whose error on each axis is at most

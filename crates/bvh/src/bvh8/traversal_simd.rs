@@ -107,7 +107,7 @@ mod tests {
     use crate::shapes::PreparedRay;
 
     /// Next 64 random bits (Xorshift).
-    fn next(state: &mut u64) -> u64 {
+    fn next_random_bits(state: &mut u64) -> u64 {
         *state ^= *state << 13;
         *state ^= *state >> 7;
         *state ^= *state << 17;
@@ -122,22 +122,23 @@ mod tests {
     /// misses the origin by at most one rounding step of each coordinate. In a quarter of the
     /// triangles the third corner is on the line of that edge too. Such a triangle is edge-on for a
     /// ray along z.
-    fn triangle(state: &mut u64) -> [Vec3; 3] {
-        let mut corner = || ((next(state) >> 41) as i64 - (1 << 22)) as f32;
+    fn create_triangle_through_ray(state: &mut u64) -> [Vec3; 3] {
+        let mut corner = || ((next_random_bits(state) >> 41) as i64 - (1 << 22)) as f32;
         let (a, c, scale) = (
             [corner(), corner()],
             [corner(), corner()],
-            [-0.5, -1.0, -2.0, -4.0][(next(state) % 4) as usize],
+            [-0.5, -1.0, -2.0, -4.0][(next_random_bits(state) % 4) as usize],
         );
-        let nudged =
-            |x: f32, state: &mut u64| [x, x.next_up(), x.next_down()][(next(state) % 3) as usize];
+        let nudged = |x: f32, state: &mut u64| {
+            [x, x.next_up(), x.next_down()][(next_random_bits(state) % 3) as usize]
+        };
         let b = [nudged(a[0] * scale, state), nudged(a[1] * scale, state)];
-        let c = if next(state).is_multiple_of(4) {
+        let c = if next_random_bits(state).is_multiple_of(4) {
             [nudged(a[0] * 3.0, state), nudged(a[1] * 3.0, state)]
         } else {
             c
         };
-        let mut depth = || (next(state) >> 50) as f32;
+        let mut depth = || (next_random_bits(state) >> 50) as f32;
         [
             Vec3::new(a[0], a[1], depth()),
             Vec3::new(b[0], b[1], depth()),
@@ -152,8 +153,8 @@ mod tests {
     /// Let D be the direction of the edge, u a vector with u × D = 1, and k a small integer. The
     /// edge ends at k u + m D for two values of m. The origin is (k + 2⁻²⁰ r) u + n D. The edge
     /// functions are then 2⁻²⁰ r times an integer.
-    fn long(state: &mut u64) -> ([Vec3; 3], Vec3) {
-        let mut below = |maximum: u64| (next(state) % maximum) as i64;
+    fn create_triangle_beside_ray(state: &mut u64) -> ([Vec3; 3], Vec3) {
+        let mut below = |maximum: u64| (next_random_bits(state) % maximum) as i64;
         let (d, u) = loop {
             let d = [below(1 << 16) - (1 << 15), below(1 << 16) - (1 << 15)];
             // Extended Euclidean algorithm: each remainder is s·d₀ + t·d₁, with the factors s and
@@ -203,13 +204,16 @@ mod tests {
             let turn = |v: Vec3| [v, Vec3::new(v.z, v.x, v.y), Vec3::new(v.y, v.z, v.x)][round % 3];
             let mut block = Triangle8::EMPTY;
             let (corners, origin) = if round % 4 < 2 {
-                (triangle(state), Vec3::ZERO)
+                (create_triangle_through_ray(state), Vec3::ZERO)
             } else {
-                long(state)
+                create_triangle_beside_ray(state)
             };
             block.set_triangle(round % WIDTH, corners.map(turn));
-            let tilt =
-                Vec3::new(next(state) as f32, next(state) as f32, 0.0) * [0.0, 1e-20][round % 2];
+            let tilt = Vec3::new(
+                next_random_bits(state) as f32,
+                next_random_bits(state) as f32,
+                0.0,
+            ) * [0.0, 1e-20][round % 2];
             let (origin, direction) = (
                 turn(origin),
                 turn((ALONG + tilt) * [1.0, -1.0][round / 4 % 2]),

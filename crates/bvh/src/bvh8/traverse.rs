@@ -11,11 +11,11 @@
 use core::marker::PhantomData;
 
 use super::filter::splat_vector;
-use super::leaf::filter_block_lanes;
+use super::leaf::find_lanes_for_exact_test;
 use super::optimisation_barrier::keep_in_memory;
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
 use super::stack::{StackEntry, TraversalStack};
-use super::traversal_ray::{ApproximateRay, RayReparametrisation, TraversalRay};
+use super::traversal_ray::{RayRoundingResult, RayReparametrisation, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::{Bvh8, Bvh8Node, ChildRef, WIDTH};
 use crate::aabb::BoundingSphere;
@@ -86,7 +86,7 @@ impl<S: Simd, M: TraversalMode> SlabTest<S, M> {
     #[inline(always)]
     fn entry_distances(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
         let offset = self.plane_offsets(s, node, axis, index);
-        if M::MAPPED {
+        if M::IS_RAY_ROUNDED {
             s.mul_sub(offset, self.inverse[axis], self.early[axis])
         } else {
             s.mul(offset, self.inverse[axis])
@@ -96,7 +96,7 @@ impl<S: Simd, M: TraversalMode> SlabTest<S, M> {
     /// Distances along the ray at which it leaves the slabs of eight children.
     #[inline(always)]
     fn exit_distances(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
-        let late = self.late[if M::MAPPED { axis } else { 0 }];
+        let late = self.late[if M::IS_RAY_ROUNDED { axis } else { 0 }];
         s.mul_add(
             self.plane_offsets(s, node, axis, index),
             self.widened[axis],
@@ -132,9 +132,9 @@ pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
 ) -> Option<bool> {
     let (traversal_ray, start) =
         match TraversalRay::from_mapped_ray(transform.map_ray(ray), query.range.min, bounds) {
-            ApproximateRay::Miss => return Some(false),
-            ApproximateRay::Hit(traversal_ray, start) => (traversal_ray, start),
-            ApproximateRay::Imprecise => return None,
+            RayRoundingResult::Miss => return Some(false),
+            RayRoundingResult::Hit(traversal_ray, start) => (traversal_ray, start),
+            RayRoundingResult::Imprecise => return None,
         };
     query.reparametrisation = RayReparametrisation {
         start: start.into(),
@@ -215,7 +215,7 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                 // left for them.
                 let bvh = keep_in_memory(bvh);
                 prefetch_line(bvh.leaf_headers.as_ptr().wrapping_add(current.leaf_index()));
-                match filter_block_lanes::<S, M>(
+                match find_lanes_for_exact_test::<S, M>(
                     s,
                     bvh,
                     current.leaf_index(),

@@ -71,7 +71,7 @@ impl TraversalSimd for Avx512 {
         entries: __m256,
         mask: u32,
     ) -> usize {
-        let room = stack.eight_entries(top);
+        let room = stack.storage_of_node_entries(top);
         // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2. `StackEntry` is a
         // transparent u64. The slice has room for eight entries, all of which are written, four at
         // a time.
@@ -101,7 +101,7 @@ impl TraversalSimd for Avx512 {
         if mask.count_ones() > 4 {
             return stack.push_sorted(base, children, &self.to_array(entries), mask);
         }
-        let room = stack.eight_entries(base);
+        let room = stack.storage_of_node_entries(base);
         // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2. `StackEntry` is a
         // transparent u64. The slice has room for eight entries, the first four of which are
         // written.

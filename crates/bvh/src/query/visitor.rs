@@ -12,7 +12,7 @@ use crate::geometry::Geometry;
 use crate::instance::Instance;
 use crate::processor::prefetch;
 use crate::ray::{Interval, Ray};
-use crate::ray_ends::RayEnds;
+use crate::ray_ends::RayEndTriangles;
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;
 use crate::stats::{TraversalCounter, TraversalStats};
@@ -24,7 +24,7 @@ impl<R: Real> Geometry<R> {
     pub(super) fn visit_f32_ray<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
         bvh: &Bvh8,
-        (ray, ends): (&Ray<R>, &RayEnds),
+        (ray, ends): (&Ray<R>, &RayEndTriangles),
         visitor: &mut QueryVisitor<'_, R, Q, T>,
     ) -> bool {
         if self.unbounded > self.planes
@@ -119,7 +119,7 @@ impl<R: Real> Geometry<R> {
         };
         let ended = self
             .bvh
-            .visit_hits_of_mapped_ray(&traversal_ray, &mut query, &mut visitor);
+            .visit_hits_of_rounded_ray(&traversal_ray, &mut query, &mut visitor);
         visitor.add_work_counts(&query);
         (ended, visitor.query)
     }

@@ -56,9 +56,9 @@ pub(super) fn move_ray_origins_off_border<R: Real>(
     let minimum_shares = [by_u, by_v, by_both]
         .map(|gradient| spawn_offset.offset_along(gradient) + lean * gradient.length());
     let within = if face == FaceKind::Triangle {
-        move_into_triangle
+        move_weights_into_triangle
     } else {
-        move_into_parallelogram
+        move_coordinates_into_parallelogram
     };
     let kept = within(
         at,
@@ -80,7 +80,11 @@ pub(super) fn move_ray_origins_off_border<R: Real>(
 /// `v` are the weights of the second and third corner. `by_u` and `by_v` are the gradients of `u`
 /// and `v` in world space, where distances are measured. If no weights satisfy `least`, the weights
 /// stay.
-fn move_into_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) -> [f64; 2] {
+fn move_weights_into_triangle(
+    [u, v]: [f64; 2],
+    [by_u, by_v]: [DVec3; 2],
+    least: [f64; 3],
+) -> [f64; 2] {
     let gradients = [by_u, by_v, -(by_u + by_v)];
     let mut shares = [u, v, 1.0 - u - v];
     let lack = |shares: &[f64; 3], i: usize| least[i] - shares[i];
@@ -117,7 +121,7 @@ fn move_into_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3
 /// Moves coordinates in [0, 1]², by the shortest way, to coordinates at least `least_u` from u = 0
 /// and u = 1, and at least `least_v` from v = 0 and v = 1. `by_u` and `by_v` are the gradients of u
 /// and v in world space, where distances are measured. If no coordinates satisfy both, they stay.
-fn move_into_parallelogram(
+fn move_coordinates_into_parallelogram(
     [u, v]: [f64; 2],
     [by_u, by_v]: [DVec3; 2],
     [least_u, least_v, _]: [f64; 3],

@@ -66,7 +66,7 @@ impl From<&TriangleHit<f64>> for TriangleHit {
 /// widened. A determinant of 2⁻²⁶ S Δ limits the error to 2⁻²³ R.
 ///
 /// **Below the ratio.** The weights may be noise, so the hit distance is that of the ray's crossing
-/// with an edge ([`find_edge_entry`]). The hit does not depend on the order of traversal if the ray
+/// with an edge ([`find_entry_into_edge_on_face`]). The hit does not depend on the order of traversal if the ray
 /// passes the padded box of each part of the face that contains the crossing:
 ///
 /// - Let n be the absolute components of the unit direction, and m the greatest of them. The
@@ -133,7 +133,8 @@ pub(crate) fn intersect_projected_triangle(
     let depth = za.max(zb).max(zc) - za.min(zb).min(zc);
     let is_well_conditioned = determinant.abs() >= sizes * depth * EDGE_ON_RATIO;
     if !is_well_conditioned {
-        let (along, [_, v, w]) = find_edge_entry([a.x, b.x, c.x], [a.y, b.y, c.y], [za, zb, zc]);
+        let (along, [_, v, w]) =
+            find_entry_into_edge_on_face([a.x, b.x, c.x], [a.y, b.y, c.y], [za, zb, zc]);
         return Some(TriangleHit {
             t: along * prepared_ray.inverse_length_squared,
             weights: [v, w],
@@ -159,7 +160,7 @@ pub(crate) fn intersect_projected_triangle(
 /// The crossing is off the ray by at most the rounding of a corner plus the face's shorter extent.
 #[cold]
 #[inline(never)]
-fn find_edge_entry(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
+fn find_entry_into_edge_on_face(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
     let extent = |[a, b, c]: [f64; 3]| a.max(b).max(c) - a.min(b).min(c);
     let across = if extent(x) >= extent(y) { x } else { y };
     let mut best = (f64::INFINITY, [1.0, 0.0, 0.0]);
@@ -239,7 +240,7 @@ mod tests {
     use glam::DVec3;
 
     use super::{
-        EDGE_ON_RATIO, ProjectedCorner, difference_of_products, find_edge_entry,
+        EDGE_ON_RATIO, ProjectedCorner, difference_of_products, find_entry_into_edge_on_face,
         intersect_projected_triangle,
     };
     use crate::ray::Ray;
@@ -263,14 +264,20 @@ mod tests {
         // The edge from (−1, 10) to (1, 20) crosses the ray at 15. The path through (3, 40) crosses
         // at 17.5.
         let (x, z) = ([-1.0, 1.0, 3.0], [10.0, 20.0, 40.0]);
-        assert_eq!(find_edge_entry(x, noise, z), (15.0, [0.5, 0.5, 0.0]));
-        assert_eq!(find_edge_entry(noise, x, z), (15.0, [0.5, 0.5, 0.0]));
         assert_eq!(
-            find_edge_entry([1.0, 3.0, -1.0], noise, [20.0, 40.0, 10.0]),
+            find_entry_into_edge_on_face(x, noise, z),
+            (15.0, [0.5, 0.5, 0.0])
+        );
+        assert_eq!(
+            find_entry_into_edge_on_face(noise, x, z),
+            (15.0, [0.5, 0.5, 0.0])
+        );
+        assert_eq!(
+            find_entry_into_edge_on_face([1.0, 3.0, -1.0], noise, [20.0, 40.0, 10.0]),
             (15.0, [0.5, 0.0, 0.5])
         );
         assert_eq!(
-            find_edge_entry([0.0, 0.0, 2.0], noise, [7.0, 5.0, 1.0]),
+            find_entry_into_edge_on_face([0.0, 0.0, 2.0], noise, [7.0, 5.0, 1.0]),
             (5.0, [0.0, 1.0, 0.0])
         );
     }

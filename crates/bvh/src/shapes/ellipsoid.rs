@@ -105,7 +105,7 @@ impl<R: Real> Ellipsoid<R> {
 
     /// Local factor by which the map from the unit sphere to the ellipsoid changes areas. `n` is
     /// the unit normal of the sphere.
-    fn area_ratio(&self, n: DVec3) -> f64 {
+    fn area_scale_at_normal(&self, n: DVec3) -> f64 {
         let s = self.semi_axes.to_f64();
         DVec3::new(n.x * s.y * s.z, n.y * s.z * s.x, n.z * s.x * s.y).length()
     }
@@ -171,19 +171,19 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
 impl<R: Real> SampleArea<R> for Ellipsoid<R> {
     fn area(&self) -> f64 {
         integrate_area(|u, v| {
-            4.0 * core::f64::consts::PI * self.area_ratio(sample_sphere_direction(u, v))
+            4.0 * core::f64::consts::PI * self.area_scale_at_normal(sample_sphere_direction(u, v))
         })
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let n = sample_sphere_direction(u.to_f64(), v.to_f64());
         let point = self.centre.to_f64() + self.semi_axes.to_f64() * n;
-        let density = 1.0 / (4.0 * core::f64::consts::PI * self.area_ratio(n));
+        let density = 1.0 / (4.0 * core::f64::consts::PI * self.area_scale_at_normal(n));
         (self.eval_surface_point(point, 0.0), density)
     }
 
     fn area_density(&self, point: &SurfacePoint) -> f64 {
         let n = ((point.point - self.centre.to_f64()) / self.semi_axes.to_f64()).normalize();
-        1.0 / (4.0 * core::f64::consts::PI * self.area_ratio(n))
+        1.0 / (4.0 * core::f64::consts::PI * self.area_scale_at_normal(n))
     }
 }

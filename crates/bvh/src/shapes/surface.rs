@@ -99,7 +99,7 @@ impl<R: Real> Surface<R> {
     /// open range of distances before that point. `None` if the distance is zero or not finite.
     #[inline]
     pub fn spawn_ray_to_point(&self, target: R::Vec3) -> Option<(Ray<R>, Interval<R>)> {
-        with_open_range(ray_between_points(
+        add_open_range(ray_between_points(
             self.spawn_ray_origin(target - self.point),
             target,
         ))
@@ -111,13 +111,13 @@ impl<R: Real> Surface<R> {
     #[inline]
     pub fn spawn_ray_to_surface(&self, target: &Self) -> Option<(Ray<R>, Interval<R>)> {
         let (ray, length, _) = self.spawn_unchecked_ray_to_surface(target);
-        with_open_range((ray, length))
+        add_open_range((ray, length))
     }
 
     /// Creates the ray of [`Self::spawn_ray_to_surface`], and its length, without a branch. Both
     /// are valid only if the length is positive and finite.
     ///
-    /// The two flags are for [`RayEnds`](crate::RayEnds). The first is whether the ray leaves this
+    /// The two flags are for [`RayEndTriangles`](crate::RayEndTriangles). The first is whether the ray leaves this
     /// surface on the side of the ray's origin. The second is whether the ray reaches `target` on
     /// the side of the ray's end. Both are true unless the points are about as near to each other
     /// as their error bounds.
@@ -189,6 +189,6 @@ fn ray_between_points<R: Real>(start: R::Vec3, end: R::Vec3) -> (Ray<R>, R) {
 /// Returns the ray with the open range of distances from 0 to `max`; `None` if `max` is zero or not
 /// finite.
 #[inline(always)]
-fn with_open_range<R: Real>((ray, max): (Ray<R>, R)) -> Option<(Ray<R>, Interval<R>)> {
+fn add_open_range<R: Real>((ray, max): (Ray<R>, R)) -> Option<(Ray<R>, Interval<R>)> {
     (max > R::ZERO && max.is_finite()).then_some((ray, Interval { min: R::ZERO, max }))
 }

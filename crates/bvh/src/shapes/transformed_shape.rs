@@ -107,7 +107,7 @@ impl<R: Real> TransformedShape<R> {
     }
 
     /// Local factor by which the map changes areas, at a unit normal in object space.
-    fn area_ratio(&self, normal: DVec3) -> f64 {
+    fn area_scale_at_normal(&self, normal: DVec3) -> f64 {
         self.volume * self.transform.normal_to_world(normal).length()
     }
 
@@ -124,12 +124,18 @@ impl<R: Real> TransformedShape<R> {
             AnyShape::Disk(_) | AnyShape::Quad(_) | AnyShape::Triangle(_)
         ) {
             let (any_point, _) = self.shape.sample_area(R::from_f64(0.5), R::from_f64(0.5))?;
-            return Some(shape_area * self.area_ratio(any_point.normal));
+            return Some(shape_area * self.area_scale_at_normal(any_point.normal));
         }
         if let AnyShape::Cuboid(cuboid) = &self.shape {
             let s = cuboid.max.to_f64() - cuboid.min.to_f64();
             let faces = DVec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
-            return Some(2.0 * faces.dot(DVec3::AXES.map(|axis| self.area_ratio(axis)).into()));
+            return Some(
+                2.0 * faces.dot(
+                    DVec3::AXES
+                        .map(|axis| self.area_scale_at_normal(axis))
+                        .into(),
+                ),
+            );
         }
         Some(integrate_area(|u, v| {
             self.sample_area(R::from_f64(u), R::from_f64(v))
@@ -141,7 +147,7 @@ impl<R: Real> TransformedShape<R> {
     /// per world-space area. `None` if the area is infinite.
     pub fn sample_area(&self, u: R, v: R) -> Option<(SurfacePoint, f64)> {
         let (surface_point, density) = self.shape.sample_area(u, v)?;
-        let stretch = self.area_ratio(surface_point.normal);
+        let stretch = self.area_scale_at_normal(surface_point.normal);
         Some((
             self.transform.surface_point_to_world(&surface_point),
             density / stretch,
@@ -162,7 +168,7 @@ impl<R: Real> TransformedShape<R> {
             .normalize();
         let surface_point =
             SurfacePoint::new(*inverse * (point.point - to_world.translation), normal, 0.0);
-        let stretch = self.area_ratio(surface_point.normal);
+        let stretch = self.area_scale_at_normal(surface_point.normal);
         Some(self.shape.area_density(&surface_point)? / stretch)
     }
 

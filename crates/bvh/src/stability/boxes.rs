@@ -5,8 +5,8 @@
 use glam::DVec3;
 
 use super::verdicts::{
-    CaseRng, RayCount, Verdict, format_ray_bits, judge_rays, ray_towards, round_to_f32, to_scalar,
-    unnormalised_ray,
+    CaseRng, RayCount, Verdict, create_ray_towards, create_unnormalised_ray, format_ray_bits,
+    judge_rays, round_to_f32, to_scalar,
 };
 use super::{Measurement, measure_by_each_kernel, textbook};
 use crate::shapes::{AnyShape, Cuboid};
@@ -60,7 +60,10 @@ fn intersect_slabs(ray: &Ray<impl Real>, [min, max]: BoxCorners) -> Option<[f64;
 fn scatter_boxes(seed: u64, count: u64) -> Vec<BoxCorners> {
     let one = |index| {
         let rng = &mut CaseRng::new(seed, index);
-        let (centre, half) = (rng.sample_cube() * 10.0, (rng.sample_cube() + 1.2) * 0.25);
+        let (centre, half) = (
+            rng.sample_point_in_cube() * 10.0,
+            (rng.sample_point_in_cube() + 1.2) * 0.25,
+        );
         [round_to_f32(centre - half), round_to_f32(centre + half)]
     };
     (0..count).map(one).collect()
@@ -82,7 +85,7 @@ fn judge_target_hit<R: Real>(
     let is_early = hit.is_some_and(|hit| hit.t.to_f64() <= leaves * (1.0 + 1e-6));
     Verdict::from_condition(is_early && hit == expected, || {
         format!(
-            "the tree finds {hit:?}, the linear scan {expected:?}; both must be the same hit, before the ray leaves the box at which it is aimed{}",
+            "the tree finds {hit:?}, the linear scan {expected:?}; both must find the same hit, before the ray leaves the box at which it is aimed{}",
             format_ray_bits(ray)
         )
     })
@@ -116,7 +119,11 @@ pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
         d[axis] = 1.0;
         o[(axis + 1) % 3] = 1.0 - rng.choose(&[0.5, 1e-2, 1e-3, 1e-4, 1e-6]);
         o[(axis + 2) % 3] = rng.next_uniform(0.01, 0.99);
-        (index, axis, unnormalised_ray::<R>(round_to_f32(o), d))
+        (
+            index,
+            axis,
+            create_unnormalised_ray::<R>(round_to_f32(o), d),
+        )
     };
     let trees: Vec<_> = lengths
         .iter()
@@ -141,12 +148,15 @@ pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let (index, axis, ray) = drawn(rng);
         let [min, max] = boxes(&lengths[index])[axis].map(DVec3::as_vec3);
         let ray = Ray::new(ray.origin.to_f32(), ray.direction.to_f32());
-        Verdict::from_condition(textbook::enters_box_clamped([min, max], &ray), || {
-            format!(
-                "the slab test with clamped reciprocals misses the box, which the ray enters{}",
-                format_ray_bits(&ray)
-            )
-        })
+        Verdict::from_condition(
+            textbook::enters_box_by_clamped_reciprocals([min, max], &ray),
+            || {
+                format!(
+                    "the slab test with clamped reciprocals reports a miss, although the ray enters the box{}",
+                    format_ray_bits(&ray)
+                )
+            },
+        )
     });
     measured
         .iter_mut()
@@ -156,11 +166,14 @@ pub fn measure_rays_along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
 
 /// Measures case T02: rays in the planes of box faces. The zero components of their directions have
 /// either sign.
-pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_rays_with_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let whole = |index| {
         let rng = &mut CaseRng::new(211, index);
-        let min = (rng.sample_cube() * 8.0).round();
-        [min, min + ((rng.sample_cube() + 1.0) * 1.5).floor() + 1.0]
+        let min = (rng.sample_point_in_cube() * 8.0).round();
+        [
+            min,
+            min + ((rng.sample_point_in_cube() + 1.0) * 1.5).floor() + 1.0,
+        ]
     };
     let boxes: Vec<BoxCorners> = (0..1000).map(whole).collect();
     let scan = build_box_geometry::<R>(&boxes, AcceleratorKind::Linear);
@@ -169,18 +182,18 @@ pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
         |trees| {
             judge_rays("T02", 202, 40_000, rays, |rng| {
                 let (origin, zeros) = (
-                    (rng.sample_cube() * 24.0).round() * 0.5,
+                    (rng.sample_point_in_cube() * 24.0).round() * 0.5,
                     1 + rng.next_bits() % 6,
                 );
                 let is_zero = |axis: usize| zeros >> axis & 1 == 1;
-                let slope = round_to_f32(rng.sample_cube());
+                let slope = round_to_f32(rng.sample_point_in_cube());
                 let with = |signs: usize| {
                     let component = |axis: usize| match (is_zero(axis), signs >> axis & 1) {
                         (true, 0) => 0.0,
                         (true, _) => -0.0,
                         _ => slope[axis],
                     };
-                    unnormalised_ray::<R>(
+                    create_unnormalised_ray::<R>(
                         origin,
                         DVec3::new(component(0), component(1), component(2)),
                     )
@@ -191,7 +204,7 @@ pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
                     .find(|ray| closest_box_hit(&trees[0], ray) != expected);
                 wrong.map_or(Verdict::Right(0.0), |ray| {
                     Verdict::Wrong(format!(
-                        "the sign of a zero changes the hit {expected:?}{}",
+                        "the hit must be {expected:?} for either sign of a direction component that is zero, but changes with the sign{}",
                         format_ray_bits(&ray)
                     ))
                 })
@@ -201,23 +214,23 @@ pub fn measure_signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
 }
 
 /// Measures case T04: rays along an axis whose other direction components are close to zero.
-pub fn measure_tiny_direction_components<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_rays_with_tiny_components<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measure_rays_at_boxes::<R>("T04", 204, rays, |rng, target| {
         let (axis, size) = (
             rng.next_bits() as usize % 3,
             rng.choose(&[1e-7, 1e-20, 1e-40]),
         );
-        let mut d = rng.sample_cube() * size;
+        let mut d = rng.sample_point_in_cube() * size;
         d[axis] = rng.next_sign();
-        unnormalised_ray::<R>(round_to_f32(target - d * 30.0), round_to_f32(d))
+        create_unnormalised_ray::<R>(round_to_f32(target - d * 30.0), round_to_f32(d))
     })
 }
 
 /// Measures case T05: rays with directions of any length, from 1e-20 to 1e20.
-pub fn measure_direction_lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_unnormalised_rays<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measure_rays_at_boxes::<R>("T05", 205, rays, |rng, target| {
         let d = rng.sample_direction();
-        unnormalised_ray::<R>(
+        create_unnormalised_ray::<R>(
             round_to_f32(target - d * 30.0),
             round_to_f32(d * 10_f64.powf(rng.next_uniform(-20.0, 20.0))),
         )
@@ -239,7 +252,7 @@ fn measure_rays_at_boxes<R: Real>(
         |trees| {
             judge_rays(case, seed, 80_000, rays, |rng| {
                 let [min, max] = rng.choose(&boxes);
-                let target = min + (max - min) * (rng.sample_cube() * 0.45 + 0.5);
+                let target = min + (max - min) * (rng.sample_point_in_cube() * 0.45 + 0.5);
                 judge_target_hit(&trees[0], &scan, &drawn(rng, target), [min, max])
             })
         },
@@ -248,13 +261,13 @@ fn measure_rays_at_boxes<R: Real>(
 
 /// Measures case T08: boxes of size 1e-6 beside boxes of size 1e6, by rays from three diameters
 /// away.
-pub fn measure_mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_boxes_of_mixed_sizes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let one = |index: u64| {
         let rng = &mut CaseRng::new(212, index);
         let size = if index.is_multiple_of(2) { 1e-6 } else { 1e6 };
         let (centre, half) = (
-            rng.sample_cube() * (1000.0 * size),
-            (rng.sample_cube() + 2.0) * (0.25 * size),
+            rng.sample_point_in_cube() * (1000.0 * size),
+            (rng.sample_point_in_cube() + 2.0) * (0.25 * size),
         );
         [round_to_f32(centre - half), round_to_f32(centre + half)]
     };
@@ -266,7 +279,7 @@ pub fn measure_mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
             judge_rays("T08", 208, 40_000, rays, |rng| {
                 let [min, max] = rng.choose(&boxes);
                 let centre = (min + max) * 0.5;
-                let ray = ray_towards::<R>(
+                let ray = create_ray_towards::<R>(
                     centre + rng.sample_direction() * (3.0 * (max - min).max_element()),
                     centre,
                 );
@@ -288,7 +301,8 @@ pub fn measure_rays_from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 let corners = rng.choose(&boxes);
                 let [min, max] = corners;
                 let axis = rng.next_bits() as usize % 3;
-                let mut origin = round_to_f32(min + (max - min) * (rng.sample_cube() * 0.45 + 0.5));
+                let mut origin =
+                    round_to_f32(min + (max - min) * (rng.sample_point_in_cube() * 0.45 + 0.5));
                 let face = rng.choose(&corners)[axis];
                 origin[axis] = match rng.next_bits() % 4 {
                     0 => face,
@@ -318,7 +332,7 @@ pub fn measure_rays_from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
                     && (distance < 1e-3 || hit.is_some());
                 Verdict::from_condition(is_right, || {
                     format!(
-                        "the tree finds {hit:?}, the linear scan {expected:?}, or a box that the ray enters is missed{}",
+                        "the tree finds {hit:?} and the linear scan {expected:?}; the two must find equal hits, also at negative distances, and miss no box that the ray enters{}",
                         format_ray_bits(&ray)
                     )
                 })

@@ -3,10 +3,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::triangles::{ClosedMesh, icosphere};
+use super::triangles::{ClosedMesh, create_icosphere};
 use super::verdicts::{
-    CaseOutcome, CaseRng, RayCount, Verdict, format_ray_bits, judge_rays, ray_towards,
-    round_to_f32, to_scalar, unnormalised_ray,
+    CaseOutcome, CaseRng, RayCount, Verdict, create_ray_towards, create_unnormalised_ray,
+    format_ray_bits, judge_rays, round_to_f32, to_scalar,
 };
 use super::{Measurement, measure_by_each_kernel};
 use crate::shapes::{AnyShape, Cuboid};
@@ -87,7 +87,7 @@ pub fn measure_lattices<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 let zero = |bit: u64| if signs >> bit & 1 == 0 { 0.0 } else { -0.0 };
                 let at = [place % places, place / places].map(|i| (i + 1) as f64 * 0.5);
                 let (axis, towards) = (index / 3, [-1.0, 1.0][(place % 2) as usize]);
-                let ray = unnormalised_ray::<R>(
+                let ray = create_unnormalised_ray::<R>(
                     point_across_axis(axis, at, -5.0 * towards),
                     point_across_axis(axis, [zero(0), zero(1)], towards),
                 );
@@ -123,7 +123,7 @@ impl SphereMesh {
     fn new(levels: u32, radius: f64, position: DVec3) -> Self {
         let centre = round_to_f32(position);
         Self {
-            mesh: transform_mesh(&icosphere(levels), radius, centre),
+            mesh: transform_mesh(&create_icosphere(levels), radius, centre),
             centre,
             radius,
         }
@@ -136,18 +136,19 @@ impl SphereMesh {
         let corner = |i: usize| self.mesh.corners[face[i]].as_dvec3();
         let target = match rng.next_bits() % 3 {
             0 => corner(0),
-            1 => corner(0) + (corner(1) - corner(0)) * rng.next_unit(),
+            1 => corner(0) + (corner(1) - corner(0)) * rng.next_in_unit_interval(),
             _ => self.centre + rng.sample_direction() * self.radius,
         };
-        ray_towards::<R>(
-            self.centre + rng.sample_direction() * (0.6 * self.radius * rng.next_unit()),
+        create_ray_towards::<R>(
+            self.centre
+                + rng.sample_direction() * (0.6 * self.radius * rng.next_in_unit_interval()),
             target,
         )
     }
 }
 
 /// Measures rays from inside the closed meshes `globes`. Each ray must hit.
-fn measure_leaks<R: Real>(
+fn measure_mesh_leaks<R: Real>(
     case: &str,
     seed: u64,
     count: u32,
@@ -178,7 +179,7 @@ pub fn measure_mesh_sizes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let globes: Vec<_> = (-12..=12)
         .map(|k| SphereMesh::new(3, 10_f64.powi(k), DVec3::ZERO))
         .collect();
-    measure_leaks::<R>("T06", 226, 1_000_000, rays, &globes)
+    measure_mesh_leaks::<R>("T06", 226, 1_000_000, rays, &globes)
 }
 
 /// Creates three closed meshes far from the origin.
@@ -194,7 +195,7 @@ fn build_distant_meshes() -> [SphereMesh; 3] {
 /// Measures case T07: rays inside closed meshes far from the origin, and rays towards a distant
 /// flat ground of square cells.
 pub fn measure_distant_meshes<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let measured = measure_leaks::<R>("T07", 227, 1_000_000, rays, &build_distant_meshes());
+    let measured = measure_mesh_leaks::<R>("T07", 227, 1_000_000, rays, &build_distant_meshes());
     const SIDE: usize = 12;
     let corner = |i: usize, j: usize| {
         Vec3::new(
@@ -234,9 +235,10 @@ pub fn measure_distant_meshes<R: Real>(rays: RayCount) -> Vec<Measurement> {
                     corner(i, j).as_dvec3(),
                     corner(i.max(di) - di, j.max(dj) - dj).as_dvec3(),
                 );
-                let target = a + (b - a) * rng.next_unit() * 0.99;
-                let up = rng.sample_cube() + DVec3::Y * 1.5;
-                let ray = ray_towards::<R>(target + up * rng.next_uniform(1.0, 20.0), target);
+                let target = a + (b - a) * rng.next_in_unit_interval() * 0.99;
+                let up = rng.sample_point_in_cube() + DVec3::Y * 1.5;
+                let ray =
+                    create_ray_towards::<R>(target + up * rng.next_uniform(1.0, 20.0), target);
                 // The rounding of the direction moves the target by a tiny fraction of a cell.
                 Verdict::from_condition(is_hit(&trees[0], &ray), || {
                     format!(
@@ -271,10 +273,10 @@ pub fn measure_box_inflation<R: Real>(rays: RayCount) -> Vec<Measurement> {
         tight += half_area(bounds.extent());
         padded += half_area((grown.max - grown.min).as_dvec3());
     }
-    let mut measured = measure_leaks::<R>("T10", 230, 400_000, rays, &[a, b, c, near]);
+    let mut measured = measure_mesh_leaks::<R>("T10", 230, 400_000, rays, &[a, b, c, near]);
     let cost = judge_rays("T10 surface", 231, 1, rays, |_| {
         Verdict::from_error(padded / tight, 1.3, || {
-            "ratio of padded to tight surface area of boxes".to_owned()
+            "ratio of the boxes' surface area with padding to that without".to_owned()
         })
     });
     measured.iter_mut().for_each(|measurement| {

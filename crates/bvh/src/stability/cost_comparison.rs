@@ -113,7 +113,7 @@ fn create_random_rays<R: Real>() -> Vec<Ray<R>> {
         let origin = rng.sample_direction() * 5.0;
         Ray::new(
             to_scalar::<R>(origin),
-            to_scalar::<R>((rng.sample_cube() * 1.2 - origin).normalize()),
+            to_scalar::<R>((rng.sample_point_in_cube() * 1.2 - origin).normalize()),
         )
     };
     (0..RAYS).map(ray).collect()
@@ -135,7 +135,7 @@ fn compare_intersections(
     single: AnyShape<f32>,
     double: AnyShape<f64>,
 ) -> CostComparison {
-    fn all<R: Real>(turns: u32, shape: AnyShape<R>) -> TimedWork {
+    fn create_intersection_work<R: Real>(turns: u32, shape: AnyShape<R>) -> TimedWork {
         let rays = prepare_random_rays::<R>();
         Box::new(move || {
             for ray in (0..turns).flat_map(|_| &rays) {
@@ -154,14 +154,17 @@ fn compare_intersections(
         label,
         count: RAYS * turns,
         textbook: Box::new(by_textbook),
-        library: [all(turns, single), all(turns, double)],
+        library: [
+            create_intersection_work(turns, single),
+            create_intersection_work(turns, double),
+        ],
     }
 }
 
 /// Creates the comparison for a sphere: its intersection test, followed by the surface at the hit.
 /// One call of the work tests all rays `turns` times.
 fn compare_surfaces(turns: u32) -> CostComparison {
-    fn all<R: Real>(turns: u32) -> TimedWork {
+    fn create_intersection_work<R: Real>(turns: u32) -> TimedWork {
         let (sphere, rays) = (build_unit_sphere::<R>(), prepare_random_rays::<R>());
         Box::new(move || {
             for ray in (0..turns).flat_map(|_| &rays) {
@@ -181,6 +184,9 @@ fn compare_surfaces(turns: u32) -> CostComparison {
         label,
         count: RAYS * turns,
         textbook: Box::new(by_textbook),
-        library: [all::<f32>(turns), all::<f64>(turns)],
+        library: [
+            create_intersection_work::<f32>(turns),
+            create_intersection_work::<f64>(turns),
+        ],
     }
 }

@@ -66,7 +66,7 @@ fn precision_name<R: Real>() -> &'static str {
 
 /// Creates the measurement of a case that tests shapes without a tree. The name of its setting is
 /// the precision alone: `robust` for `R` = f32, `reference` for f64.
-pub fn create_measurement_without_kernels<R: Real>(outcome: CaseOutcome) -> Measurement {
+pub fn create_treeless_measurement<R: Real>(outcome: CaseOutcome) -> Measurement {
     Measurement {
         setting: precision_name::<R>().to_owned(),
         outcome,
@@ -123,19 +123,19 @@ pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
         "P21" => shapes::measure_shared_edges(rays),
         "P22" => shapes::measure_flipped_faces(rays),
         "T01" => both!(boxes::measure_rays_along_faces),
-        "T02" => both!(boxes::measure_signed_zeros),
+        "T02" => both!(boxes::measure_rays_with_signed_zeros),
         "T03" => both!(closed_meshes::measure_lattices),
-        "T04" => both!(boxes::measure_tiny_direction_components),
-        "T05" => both!(boxes::measure_direction_lengths),
+        "T04" => both!(boxes::measure_rays_with_tiny_components),
+        "T05" => both!(boxes::measure_unnormalised_rays),
         "T06" => both!(closed_meshes::measure_mesh_sizes),
         "T07" => both!(closed_meshes::measure_distant_meshes),
-        "T08" => both!(boxes::measure_mixed_scales),
+        "T08" => both!(boxes::measure_boxes_of_mixed_sizes),
         "T10" => both!(closed_meshes::measure_box_inflation),
         "T12" => both!(tree_and_scan::measure_nested_boxes),
         "T14" => both!(tree_and_scan::measure_plane_beside_tree),
         "T15" => both!(tree_and_scan::measure_tiny_scenes),
         "T16" => both!(boxes::measure_rays_from_faces),
-        "T17" => both!(tree_and_scan::measure_interval_ends),
+        "T17" => both!(tree_and_scan::measure_ranges_that_end_at_hits),
         "T19" => both!(tree_and_scan::measure_distances_in_interval),
         "T20" => both!(tree_and_scan::measure_tree_against_scan),
         _ => return None,

@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::verdicts::{
-    CaseOutcome, RayCount, U, Verdict, format_ray_bits, judge_rays, nearest_hit, round_to_f32,
-    to_scalar, ulp, unnormalised_ray,
+    CaseOutcome, RayCount, UNIT_ROUNDOFF, Verdict, create_unnormalised_ray, format_ray_bits,
+    judge_rays, nearest_hit, round_to_f32, to_scalar, ulp,
 };
-use super::{Measurement, create_measurement_without_kernels};
+use super::{Measurement, create_treeless_measurement};
 use crate::shapes::Plane;
 use crate::{PreparedRay, Real, Shape, Vector};
 
@@ -24,30 +24,31 @@ pub fn measure_grazing_planes<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let point = if level {
             DVec3::ZERO
         } else {
-            round_to_f32(rng.sample_cube())
+            round_to_f32(rng.sample_point_in_cube())
         };
         let slope = rng.choose(&slopes) * rng.next_uniform(0.5, 2.0);
-        let d = round_to_f32((rng.sample_disc(n, 1.0).normalize() - n * slope).normalize());
+        let d =
+            round_to_f32((rng.sample_offset_in_disc(n, 1.0).normalize() - n * slope).normalize());
         let origin = round_to_f32(point + n);
         let plane = Plane::new(to_scalar::<R>(point), to_scalar::<R>(n));
-        let ray = unnormalised_ray::<R>(origin, d);
+        let ray = create_unnormalised_ray::<R>(origin, d);
         let (height, fall) = (n.dot(origin - point), -n.dot(d));
         let expected = height / fall;
         match nearest_hit::<R>(&plane, &ray) {
             None => Verdict::from_condition(fall <= 0.0, || {
                 format!(
-                    "the ray misses the plane, which it reaches{}",
+                    "no hit is found, although the ray reaches the plane{}",
                     format_ray_bits(&ray)
                 )
             }),
             Some(_) if fall <= 0.0 => Verdict::Wrong(format!(
-                "the ray hits the plane, which lies behind its origin{}",
+                "a hit is found, although the plane lies behind the ray's origin{}",
                 format_ray_bits(&ray)
             )),
             Some(h) => {
                 let error = (h.t.to_f64() - expected).abs() / expected;
                 let finite = plane.surface(&PreparedRay::new(ray), h).point.is_finite();
-                Verdict::from_error(error, 4.0 * U / fall, || {
+                Verdict::from_error(error, 4.0 * UNIT_ROUNDOFF / fall, || {
                     format!(
                         "relative error of the hit distance at slope {fall:e}{}",
                         format_ray_bits(&ray)
@@ -64,7 +65,7 @@ pub fn measure_grazing_planes<R: Real>(rays: RayCount) -> Vec<Measurement> {
             }
         }
     });
-    vec![create_measurement_without_kernels::<R>(outcome)]
+    vec![create_treeless_measurement::<R>(outcome)]
 }
 
 /// Measures case P08: the cell of a checkerboard plane in which a hit point lies, at distances from
@@ -86,15 +87,17 @@ pub fn measure_distant_checkerboard<R: Real>(rays: RayCount) -> Vec<Measurement>
                     rng.next_uniform(-far, far),
                 );
                 let origin = round_to_f32(
-                    target + rng.sample_cube() * (0.3 * far) + DVec3::Y * (0.31 * far),
+                    target + rng.sample_point_in_cube() * (0.3 * far) + DVec3::Y * (0.31 * far),
                 );
-                let ray =
-                    unnormalised_ray::<R>(origin, round_to_f32((target - origin).normalize()));
+                let ray = create_unnormalised_ray::<R>(
+                    origin,
+                    round_to_f32((target - origin).normalize()),
+                );
                 let d = ray.direction.to_f64();
                 let expected = origin - d * (origin.y / d.y);
                 let Some(h) = nearest_hit::<R>(&plane, &ray) else {
                     return Verdict::Wrong(format!(
-                        "the ray misses the plane, which it reaches{}",
+                        "no hit is found, although the ray reaches the plane{}",
                         format_ray_bits(&ray)
                     ));
                 };
@@ -125,5 +128,5 @@ pub fn measure_distant_checkerboard<R: Real>(rays: RayCount) -> Vec<Measurement>
         .into_iter()
         .reduce(CaseOutcome::merge)
         .expect("the list of distances is not empty");
-    vec![create_measurement_without_kernels::<R>(outcome)]
+    vec![create_treeless_measurement::<R>(outcome)]
 }

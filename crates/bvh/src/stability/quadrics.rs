@@ -7,8 +7,8 @@ use glam::DVec3;
 
 use super::IntersectFunction;
 use super::verdicts::{
-    CaseOutcome, CaseRng, RayCount, Verdict, format_ray_bits, judge_rays, round_to_f32, to_scalar,
-    unnormalised_ray,
+    CaseOutcome, CaseRng, RayCount, Verdict, create_unnormalised_ray, format_ray_bits, judge_rays,
+    round_to_f32, to_scalar,
 };
 
 /// A quadric with rays for which its leading coefficient vanishes.
@@ -156,13 +156,13 @@ pub fn judge_near_root_of_quadric<R: Real>(
             let direction = round_to_f32(quadric.generator() + deviation);
             let target = quadric.sample_point(rng);
             let origin = round_to_f32(target - direction * rng.next_uniform(0.5, 3.0));
-            let ray = unnormalised_ray::<R>(origin, direction);
+            let ray = create_unnormalised_ray::<R>(origin, direction);
             let Some(near) = quadric.near_root(ray.origin.to_f64(), ray.direction.to_f64()) else {
                 return Verdict::Skipped;
             };
             match intersect(&quadric.to_shape(), &ray) {
                 None => Verdict::Wrong(format!(
-                    "the ray misses the shape, which it hits at distance {near}{}",
+                    "no hit is found, although the ray hits the shape at distance {near}{}",
                     format_ray_bits::<R>(&ray)
                 )),
                 Some(t) => {
@@ -215,7 +215,7 @@ pub fn judge_extreme_ellipsoid<R: Real>(
             let origin = round_to_f32(out * (10.0 * semi.max_element()));
             // The outline is the unit disc perpendicular to the ray, in the space where the
             // ellipsoid is the unit sphere.
-            let across = rng.sample_disc((origin / semi).normalize(), share) * semi;
+            let across = rng.sample_offset_in_disc((origin / semi).normalize(), share) * semi;
             let d = round_to_f32((across - origin).normalize());
             f(semi, &shape, origin, d)
         },
@@ -224,20 +224,20 @@ pub fn judge_extreme_ellipsoid<R: Real>(
 
 /// Judges the hit distances that `intersect` returns for the rays of [`judge_extreme_ellipsoid`]. A
 /// miss is wrong. So is an error above `bound` times the least semi-axis.
-pub fn judge_extreme_distance<R: Real>(
+pub fn judge_hit_distance_of_extreme_ellipsoid<R: Real>(
     k: f64,
     bound: f64,
     rays: RayCount,
     intersect: IntersectFunction<R>,
 ) -> CaseOutcome {
     judge_extreme_ellipsoid::<R>(k, 0.98, rays, |semi, shape, o, d| {
-        let ray = unnormalised_ray::<R>(o, d);
+        let ray = create_unnormalised_ray::<R>(o, d);
         let Some((t, _)) = intersect_ellipsoid_in_f64(o, d, semi) else {
             return Verdict::Skipped;
         };
         match intersect(&(*shape).into(), &ray) {
             None => Verdict::Wrong(format!(
-                "the ray misses the ellipsoid, which it hits{}",
+                "no hit is found, although the ray hits the ellipsoid{}",
                 format_ray_bits::<R>(&ray)
             )),
             Some(found) => {

@@ -1,14 +1,15 @@
 //! Cases P01, P02, P13, P15, P17, P21 and P22: shapes for which textbook formulas fail. Textbook
 //! formulas and the library are measured on the same rays.
 
-use super::quadrics::{judge_extreme_distance, judge_near_root_of_quadric};
+use super::quadrics::{judge_hit_distance_of_extreme_ellipsoid, judge_near_root_of_quadric};
 use super::sphere::{eval_library_surface, judge_far_sphere, judge_surface_point};
 use super::torus::judge_far_torus;
 use super::triangles::{
-    ClosedMesh, RayTarget, cube_mesh, icosphere, judge_leaks, judge_tree_leaks,
+    ClosedMesh, RayTarget, create_cube_mesh, create_icosphere, judge_mesh_leaks,
+    judge_mesh_leaks_of_tree,
 };
 use super::verdicts::{CaseOutcome, RayCount};
-use super::{Measurement, create_measurement_without_kernels, intersect_by_library, textbook};
+use super::{Measurement, create_treeless_measurement, intersect_by_library, textbook};
 use crate::Real;
 
 /// Creates the measurements of a case for the precisions f32 (`robust`) and f64 (`reference`), each
@@ -19,8 +20,8 @@ fn pair_outcomes_with_textbook(
     reference: CaseOutcome,
 ) -> Vec<Measurement> {
     [
-        create_measurement_without_kernels::<f32>(robust),
-        create_measurement_without_kernels::<f64>(reference),
+        create_treeless_measurement::<f32>(robust),
+        create_treeless_measurement::<f64>(reference),
     ]
     .map(|measurement| Measurement {
         textbook: Some(textbook.clone()),
@@ -105,13 +106,13 @@ pub fn measure_extreme_ellipsoids(rays: RayCount) -> Vec<Measurement> {
     const AXES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
     pair_outcomes_with_textbook(
         sum_outcomes(AXES, |k| {
-            judge_extreme_distance(k, 1e-3, rays, textbook::intersect)
+            judge_hit_distance_of_extreme_ellipsoid(k, 1e-3, rays, textbook::intersect)
         }),
         sum_outcomes(AXES, |k| {
-            judge_extreme_distance::<f32>(k, 1e-3, rays, intersect_by_library)
+            judge_hit_distance_of_extreme_ellipsoid::<f32>(k, 1e-3, rays, intersect_by_library)
         }),
         sum_outcomes(AXES, |k| {
-            judge_extreme_distance::<f64>(k, 1e-3, rays, intersect_by_library)
+            judge_hit_distance_of_extreme_ellipsoid::<f64>(k, 1e-3, rays, intersect_by_library)
         }),
     )
 }
@@ -145,23 +146,29 @@ const AIMS: [RayTarget; 4] = [
 ];
 
 fn build_closed_meshes() -> [(&'static str, ClosedMesh); 2] {
-    [("icosphere", icosphere(5)), ("cube", cube_mesh(16))]
+    [
+        ("icosphere", create_icosphere(5)),
+        ("cube", create_cube_mesh(16)),
+    ]
 }
 
 /// Measures case P22: the closed meshes of P21, with every face or every second face flipped.
 pub fn measure_flipped_faces(rays: RayCount) -> Vec<Measurement> {
-    fn of<R: Real>(count: u32, rays: RayCount) -> Measurement {
+    fn measure_precision<R: Real>(count: u32, rays: RayCount) -> Measurement {
         let turned = [1, 2].into_iter().flat_map(|every| {
             build_closed_meshes().map(|(name, mesh)| (name, mesh.flip_every_nth_face(every)))
         });
         let parts: Vec<_> = turned
             .flat_map(|(name, mesh)| AIMS.map(|ray_target| (name, mesh.clone(), ray_target)))
             .collect();
-        create_measurement_without_kernels::<R>(sum_outcomes(parts, |(name, mesh, ray_target)| {
-            judge_tree_leaks::<R>(name, &mesh, ray_target, count, rays)
+        create_treeless_measurement::<R>(sum_outcomes(parts, |(name, mesh, ray_target)| {
+            judge_mesh_leaks_of_tree::<R>(name, &mesh, ray_target, count, rays)
         }))
     }
-    vec![of::<f32>(1_000_000, rays), of::<f64>(100_000, rays)]
+    vec![
+        measure_precision::<f32>(1_000_000, rays),
+        measure_precision::<f64>(100_000, rays),
+    ]
 }
 
 /// Measures case P21: rays at common edges and corners of closed meshes. The textbook formula is
@@ -175,17 +182,17 @@ pub fn measure_shared_edges(rays: RayCount) -> Vec<Measurement> {
     };
     let by_textbook = |(name, mesh, ray_target): (&str, &ClosedMesh, RayTarget)| {
         let triangles = mesh.triangles();
-        judge_leaks(name, mesh, ray_target, 10_000, rays, |ray| {
-            textbook::hits_any(&triangles, ray)
+        judge_mesh_leaks(name, mesh, ray_target, 10_000, rays, |ray| {
+            textbook::hits_any_triangle(&triangles, ray)
         })
     };
     pair_outcomes_with_textbook(
         sum_outcomes(parts(), by_textbook),
         sum_outcomes(parts(), |(name, mesh, ray_target)| {
-            judge_tree_leaks::<f32>(name, mesh, ray_target, 1_000_000, rays)
+            judge_mesh_leaks_of_tree::<f32>(name, mesh, ray_target, 1_000_000, rays)
         }),
         sum_outcomes(parts(), |(name, mesh, ray_target)| {
-            judge_tree_leaks::<f64>(name, mesh, ray_target, 100_000, rays)
+            judge_mesh_leaks_of_tree::<f64>(name, mesh, ray_target, 100_000, rays)
         }),
     )
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::IntersectFunction;
 use super::verdicts::{
-    CaseOutcome, RayCount, Verdict, format_ray_bits, judge_rays, nearest_hit, ray_towards,
+    CaseOutcome, RayCount, Verdict, create_ray_towards, format_ray_bits, judge_rays, nearest_hit,
     round_to_f32, to_scalar, ulp,
 };
 
@@ -30,7 +30,7 @@ pub struct ClosestApproach {
 }
 
 /// Computes the position of the line with origin `o` and direction `d` relative to a sphere.
-pub fn closest_approach(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> ClosestApproach {
+pub fn find_closest_approach(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> ClosestApproach {
     let f = o - centre;
     let length = d.length();
     let middle = -f.dot(d) / d.length_squared();
@@ -72,9 +72,9 @@ pub fn judge_far_sphere<R: Real>(
         rays,
         |rng| {
             let out = rng.sample_direction();
-            let ray = ray_towards::<R>(out * ratio, rng.sample_disc(out, 1.05));
+            let ray = create_ray_towards::<R>(out * ratio, rng.sample_offset_in_disc(out, 1.05));
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-            let expected = closest_approach(o, d, DVec3::ZERO, 1.0);
+            let expected = find_closest_approach(o, d, DVec3::ZERO, 1.0);
             // The specification of the case allows 8·u·(D + C), which far away is the whole sphere.
             // The margin here is stricter: for f32 storage the error of b² − c in f64 arithmetic,
             // and for f64 storage some roundings of the oracle itself.
@@ -90,13 +90,13 @@ pub fn judge_far_sphere<R: Real>(
             match intersect(&build_sphere::<R>(DVec3::ZERO, 1.0).into(), &ray) {
                 None => Verdict::from_condition(expected.roots.is_none(), || {
                     format!(
-                        "the ray misses the unit sphere, but passes its centre at distance {}{}",
+                        "no hit is found, although the ray passes the centre of the unit sphere at distance {}{}",
                         expected.distance,
                         format_ray_bits::<R>(&ray)
                     )
                 }),
                 Some(_) if expected.roots.is_none() => Verdict::Wrong(format!(
-                    "the ray hits the unit sphere, but passes its centre at distance {}{}",
+                    "a hit is found, although the ray passes the centre of the unit sphere at distance {}{}",
                     expected.distance,
                     format_ray_bits::<R>(&ray)
                 )),
@@ -132,7 +132,10 @@ pub fn judge_surface_point<R: Real>(
         |rng| {
             let centre = round_to_f32(rng.sample_direction() * offset);
             let out = rng.sample_direction();
-            let ray = ray_towards::<R>(centre + out * ratio, centre + rng.sample_disc(out, 0.98));
+            let ray = create_ray_towards::<R>(
+                centre + out * ratio,
+                centre + rng.sample_offset_in_disc(out, 0.98),
+            );
             let Some(surface) = surface(&build_sphere::<R>(centre, 1.0), &ray) else {
                 return Verdict::Skipped;
             };

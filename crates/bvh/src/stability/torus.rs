@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::IntersectFunction;
 use super::verdicts::{
-    CaseOutcome, RayCount, Verdict, format_ray_bits, judge_rays, ray_towards, to_scalar,
+    CaseOutcome, RayCount, Verdict, create_ray_towards, format_ray_bits, judge_rays, to_scalar,
 };
 
 /// Creates a torus around the y axis with major radius 1 and the minor radius `tube`.
@@ -73,12 +73,12 @@ pub fn judge_far_torus<R: Real>(
             let out = rng.sample_direction();
             // Half of the rays are aimed at the tube itself.
             let target = if rng.next_sign() > 0.0 {
-                let ring = rng.sample_disc(DVec3::Y, 1.0).normalize();
-                ring + rng.sample_disc(out, 1.2 * tube)
+                let ring = rng.sample_offset_in_disc(DVec3::Y, 1.0).normalize();
+                ring + rng.sample_offset_in_disc(out, 1.2 * tube)
             } else {
-                rng.sample_disc(out, 1.0 + tube)
+                rng.sample_offset_in_disc(out, 1.0 + tube)
             };
-            let ray = ray_towards::<R>(out * far, target);
+            let ray = create_ray_towards::<R>(out * far, target);
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
             let expected = trace_distance_field(o, d, tube);
             match intersect(&build_torus::<R>(tube).into(), &ray) {
@@ -102,7 +102,7 @@ fn judge_torus_miss<R: Real>(ray: &Ray<R>, expected: Option<f64>, tube: f64) -> 
         Verdict::Undecidable
     } else {
         Verdict::Wrong(format!(
-            "the ray misses the torus, which it hits{}",
+            "no hit is found, although the ray hits the torus{}",
             format_ray_bits::<R>(ray)
         ))
     }
@@ -122,7 +122,7 @@ fn judge_torus_hit<R: Real>(
             return Verdict::Undecidable;
         }
         return Verdict::Wrong(format!(
-            "the ray hits the torus, but passes its surface at distance {minimum:e}{}",
+            "a hit is found, although the ray passes the surface of the torus at distance {minimum:e}{}",
             format_ray_bits::<R>(ray)
         ));
     };

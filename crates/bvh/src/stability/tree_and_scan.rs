@@ -4,10 +4,10 @@
 use glam::DVec3;
 
 use super::verdicts::{
-    CaseOutcome, CaseRng, RayCount, Verdict, format_ray_bits, judge_rays, ray_towards,
+    CaseOutcome, CaseRng, RayCount, Verdict, create_ray_towards, format_ray_bits, judge_rays,
     round_to_f32, to_scalar,
 };
-use super::{Measurement, create_measurement_without_kernels, measure_by_each_kernel};
+use super::{Measurement, create_treeless_measurement, measure_by_each_kernel};
 use crate::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
     Sphere, Torus, Triangle,
@@ -18,8 +18,8 @@ use crate::{
 };
 
 /// Creates a random bounded shape of about unit size in a cube of size 10.
-fn random_shape<R: Real>(rng: &mut CaseRng) -> AnyShape<R> {
-    let (c, axis) = (rng.sample_cube() * 5.0, rng.sample_direction());
+fn create_random_shape<R: Real>(rng: &mut CaseRng) -> AnyShape<R> {
+    let (c, axis) = (rng.sample_point_in_cube() * 5.0, rng.sample_direction());
     let mut size = || rng.next_uniform(0.2, 1.2);
     let [a, b, h] = [size(), size(), size()];
     let v = |p: DVec3| to_scalar::<R>(p);
@@ -44,7 +44,7 @@ fn random_shape<R: Real>(rng: &mut CaseRng) -> AnyShape<R> {
 
 /// Builds a geometry of `count` random shapes. Every fifth shape is added twice, so that some hits
 /// are at equal distances.
-fn random_geometry<R: Real>(
+fn build_random_geometry<R: Real>(
     seed: u64,
     scene: u64,
     count: u64,
@@ -52,7 +52,7 @@ fn random_geometry<R: Real>(
 ) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for i in 0..count {
-        let shape = random_shape::<R>(&mut CaseRng::new(seed, scene * 1000 + i));
+        let shape = create_random_shape::<R>(&mut CaseRng::new(seed, scene * 1000 + i));
         for _ in 0..=u64::from(i.is_multiple_of(5)) {
             group
                 .add_shape(shape, Visibility::default())
@@ -64,9 +64,9 @@ fn random_geometry<R: Real>(
 
 /// Creates a ray from a random point of a cube towards a random point of a concentric cube with 0.8
 /// times the edge. `size` is half the edge of the greater cube.
-fn random_ray<R: Real>(rng: &mut CaseRng, size: f64) -> Ray<R> {
-    let origin = rng.sample_cube() * size;
-    ray_towards::<R>(origin, rng.sample_cube() * (0.8 * size))
+fn create_random_ray<R: Real>(rng: &mut CaseRng, size: f64) -> Ray<R> {
+    let origin = rng.sample_point_in_cube() * size;
+    create_ray_towards::<R>(origin, rng.sample_point_in_cube() * (0.8 * size))
 }
 
 /// Judges whether a tree and a linear scan agree on two results for a ray and a range of distances:
@@ -87,7 +87,7 @@ fn judge_tree_against_scan<R: Real>(
         && hit.is_none_or(|hit| range.contains(hit.t));
     Verdict::from_condition(is_right, || {
         format!(
-            "the tree finds the closest hit {hit:?} and occlusion {is_any}, the linear scan the closest hit {expected:?}, in the range {range:?}{}",
+            "in the range {range:?} the linear scan finds the closest hit {expected:?}, the tree {hit:?}, and the tree's any-hit query returns {is_any}{}",
             format_ray_bits(ray)
         )
     })
@@ -141,7 +141,7 @@ pub fn measure_nested_boxes<R: Real>(rays: RayCount) -> Vec<Measurement> {
             judge_tree_against_scan(
                 &trees[index],
                 &scans[index],
-                &random_ray::<R>(rng, size),
+                &create_random_ray::<R>(rng, size),
                 Interval::positive(),
             )
         });
@@ -158,7 +158,7 @@ pub fn measure_plane_beside_tree<R: Real>(rays: RayCount) -> Vec<Measurement> {
         for i in 0..1000 {
             let rng = &mut CaseRng::new(242, i);
             let (centre, radius) = (
-                to_scalar::<R>(rng.sample_cube() * 10.0),
+                to_scalar::<R>(rng.sample_point_in_cube() * 10.0),
                 R::from_f64(rng.next_uniform(0.1, 0.6)),
             );
             group
@@ -183,7 +183,7 @@ pub fn measure_plane_beside_tree<R: Real>(rays: RayCount) -> Vec<Measurement> {
             let mut stats = TraversalStats::default();
             for i in 0..4000 {
                 geometry.closest(
-                    &random_ray::<R>(&mut CaseRng::new(243, i), 12.0),
+                    &create_random_ray::<R>(&mut CaseRng::new(243, i), 12.0),
                     Interval::positive(),
                     &mut stats,
                 );
@@ -193,14 +193,14 @@ pub fn measure_plane_beside_tree<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let change = (nodes(&trees[0]) / nodes(&without) - 1.0).abs();
         let work = judge_rays("T14 work", 244, 1, rays, |_| {
             Verdict::from_error(change, 0.1, || {
-                "change in the number of visited nodes".to_owned()
+                "relative change in the number of visited nodes by the plane".to_owned()
             })
         });
         let hits = judge_rays("T14", 243, 40_000, rays, |rng| {
             judge_tree_against_scan(
                 &trees[0],
                 &scan,
-                &random_ray::<R>(rng, 12.0),
+                &create_random_ray::<R>(rng, 12.0),
                 Interval::positive(),
             )
         });
@@ -211,11 +211,12 @@ pub fn measure_plane_beside_tree<R: Real>(rays: RayCount) -> Vec<Measurement> {
 /// Measures case T15: scenes of zero, one and two shapes, by trees of every build quality.
 pub fn measure_tiny_scenes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let scenes = 0..60_u64;
-    let scan = |scene: u64| random_geometry::<R>(245, scene, scene % 3, AcceleratorKind::Linear);
+    let scan =
+        |scene: u64| build_random_geometry::<R>(245, scene, scene % 3, AcceleratorKind::Linear);
     let scans: Vec<_> = scenes.clone().map(scan).collect();
     let tree = |scene: u64| {
         let quality = BuildQuality::ALL[(scene / 3 % 3) as usize];
-        random_geometry::<R>(245, scene, scene % 3, AcceleratorKind::Tree(quality))
+        build_random_geometry::<R>(245, scene, scene % 3, AcceleratorKind::Tree(quality))
     };
     measure_by_each_kernel(scenes.map(tree).collect(), |trees| {
         judge_rays("T15", 246, 40_000, rays, |rng| {
@@ -223,7 +224,7 @@ pub fn measure_tiny_scenes<R: Real>(rays: RayCount) -> Vec<Measurement> {
             judge_tree_against_scan(
                 &trees[index],
                 &scans[index],
-                &random_ray::<R>(rng, 6.0),
+                &create_random_ray::<R>(rng, 6.0),
                 Interval::positive(),
             )
         })
@@ -232,13 +233,18 @@ pub fn measure_tiny_scenes<R: Real>(rays: RayCount) -> Vec<Measurement> {
 
 /// Measures case T17: ranges of distances that start or end at the distance of a hit, or an ulp
 /// beside it.
-pub fn measure_interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let scan = random_geometry::<R>(247, 0, 60, AcceleratorKind::Linear);
+pub fn measure_ranges_that_end_at_hits<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let scan = build_random_geometry::<R>(247, 0, 60, AcceleratorKind::Linear);
     measure_by_each_kernel(
-        vec![random_geometry::<R>(247, 0, 60, AcceleratorKind::default())],
+        vec![build_random_geometry::<R>(
+            247,
+            0,
+            60,
+            AcceleratorKind::default(),
+        )],
         |trees| {
             judge_rays("T17", 248, 100_000, rays, |rng| {
-                let ray = random_ray::<R>(rng, 6.0);
+                let ray = create_random_ray::<R>(rng, 6.0);
                 let Some(first) = scan.closest(&ray, Interval::positive(), &mut ()) else {
                     return Verdict::Skipped;
                 };
@@ -290,10 +296,10 @@ pub fn measure_interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
 /// range starts at the distance of a hit.
 pub fn measure_distances_in_interval<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("T19", 249, 400_000, rays, |rng| {
-        let shape = random_shape::<R>(rng);
-        let target =
-            shape.bounds().map_or(DVec3::ZERO, |bounds| bounds.centre()) + rng.sample_cube() * 0.3;
-        let ray = ray_towards::<R>(
+        let shape = create_random_shape::<R>(rng);
+        let target = shape.bounds().map_or(DVec3::ZERO, |bounds| bounds.centre())
+            + rng.sample_point_in_cube() * 0.3;
+        let ray = create_ray_towards::<R>(
             target + rng.sample_direction() * rng.choose(&[0.1, 1.0, 10.0, 1e4]),
             round_to_f32(target),
         );
@@ -303,7 +309,7 @@ pub fn measure_distances_in_interval<R: Real>(rays: RayCount) -> Vec<Measurement
             return Verdict::Skipped;
         };
         let ends = [
-            R::from_f64(rng.next_unit()),
+            R::from_f64(rng.next_in_unit_interval()),
             first.t,
             first.t.next_up(),
             -(-first.t).next_up(),
@@ -324,7 +330,7 @@ pub fn measure_distances_in_interval<R: Real>(rays: RayCount) -> Vec<Measurement
             ))
         })
     });
-    vec![create_measurement_without_kernels::<R>(outcome)]
+    vec![create_treeless_measurement::<R>(outcome)]
 }
 
 /// Measures case T20: 200 scenes of shapes of every kind, by trees and by linear scans.
@@ -332,7 +338,7 @@ pub fn measure_tree_against_scan<R: Real>(rays: RayCount) -> Vec<Measurement> {
     const SCENES: u64 = 200;
     let each = |kind| {
         (0..SCENES)
-            .map(|scene| random_geometry::<R>(250, scene, 5 + scene % 40, kind))
+            .map(|scene| build_random_geometry::<R>(250, scene, 5 + scene % 40, kind))
             .collect::<Vec<_>>()
     };
     let scans = each(AcceleratorKind::Linear);
@@ -347,7 +353,7 @@ pub fn measure_tree_against_scan<R: Real>(rays: RayCount) -> Vec<Measurement> {
             judge_tree_against_scan(
                 &trees[index],
                 &scans[index],
-                &random_ray::<R>(rng, 6.0),
+                &create_random_ray::<R>(rng, 6.0),
                 Interval { min: R::ZERO, max },
             )
         })

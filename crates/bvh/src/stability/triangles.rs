@@ -9,10 +9,10 @@ use crate::{
 use glam::{DVec3, Vec3};
 
 use super::verdicts::{
-    CaseOutcome, RayCount, Verdict, format_ray_bits, judge_rays, nearest_hit, ray_towards,
-    round_to_f32, to_scalar, ulp, unnormalised_ray,
+    CaseOutcome, RayCount, Verdict, create_ray_towards, create_unnormalised_ray, format_ray_bits,
+    judge_rays, nearest_hit, round_to_f32, to_scalar, ulp,
 };
-use super::{Measurement, create_measurement_without_kernels};
+use super::{Measurement, create_treeless_measurement};
 
 /// A closed mesh of corners and triangles.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ pub struct ClosedMesh {
 }
 
 /// Creates an icosahedron on the unit sphere, with each face subdivided into four, `levels` times.
-pub fn icosphere(levels: u32) -> ClosedMesh {
+pub fn create_icosphere(levels: u32) -> ClosedMesh {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut corners: Vec<DVec3> = vec![];
     for (a, b) in [(1.0, g), (-1.0, g), (1.0, -g), (-1.0, -g)] {
@@ -74,7 +74,7 @@ pub fn icosphere(levels: u32) -> ClosedMesh {
 
 /// Creates the cube [−1, 1]³ with `n` × `n` cells per face, each of two triangles. At a common edge
 /// of two faces, the corners of both have the same bits.
-pub fn cube_mesh(n: usize) -> ClosedMesh {
+pub fn create_cube_mesh(n: usize) -> ClosedMesh {
     let mut mesh = ClosedMesh {
         corners: vec![],
         faces: vec![],
@@ -153,7 +153,7 @@ pub enum RayTarget {
 
 /// Judges rays from inside a closed mesh. Each ray must hit the mesh. `hits` is the tested
 /// function: it returns whether a ray hits the mesh.
-pub fn judge_leaks<R: Real>(
+pub fn judge_mesh_leaks<R: Real>(
     name: &str,
     mesh: &ClosedMesh,
     ray_target: RayTarget,
@@ -169,7 +169,7 @@ pub fn judge_leaks<R: Real>(
         |rng| {
             let face = mesh.faces[(rng.next_bits() % mesh.faces.len() as u64) as usize];
             let corner = |i: usize| mesh.corners[face[i]].as_dvec3();
-            let along = rng.next_unit();
+            let along = rng.next_in_unit_interval();
             let target = match ray_target {
                 RayTarget::Corner => corner(0),
                 RayTarget::Edge => corner(0) + (corner(1) - corner(0)) * along,
@@ -180,14 +180,14 @@ pub fn judge_leaks<R: Real>(
             let origin = if ray_target == RayTarget::FromCentre {
                 DVec3::ZERO
             } else {
-                round_to_f32(rng.sample_direction() * (0.9 * rng.next_unit()))
+                round_to_f32(rng.sample_direction() * (0.9 * rng.next_in_unit_interval()))
             };
             // From the centre the unnormalised direction *is* the corner, so the ray passes exactly
             // through it.
             let ray = if ray_target == RayTarget::FromCentre {
-                unnormalised_ray::<R>(origin, target)
+                create_unnormalised_ray::<R>(origin, target)
             } else {
-                ray_towards::<R>(origin, target)
+                create_ray_towards::<R>(origin, target)
             };
             Verdict::from_condition(hits(&ray), || {
                 format!(
@@ -201,7 +201,7 @@ pub fn judge_leaks<R: Real>(
 
 /// Judges rays from inside a closed mesh, with the library's tree over the mesh. Each ray must hit
 /// the mesh.
-pub fn judge_tree_leaks<R: Real>(
+pub fn judge_mesh_leaks_of_tree<R: Real>(
     name: &str,
     mesh: &ClosedMesh,
     ray_target: RayTarget,
@@ -209,7 +209,7 @@ pub fn judge_tree_leaks<R: Real>(
     rays: RayCount,
 ) -> CaseOutcome {
     let geometry = mesh.build_tree::<R>();
-    judge_leaks(name, mesh, ray_target, count, rays, |ray| {
+    judge_mesh_leaks(name, mesh, ray_target, count, rays, |ray| {
         geometry
             .closest(ray, Interval::positive(), &mut ())
             .is_some()
@@ -221,7 +221,7 @@ pub fn judge_tree_leaks<R: Real>(
 pub fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("P20", 52, 600_000, rays, |rng| {
         let x = rng.sample_direction();
-        let y = rng.sample_disc(x, 1.0).normalize();
+        let y = rng.sample_offset_in_disc(x, 1.0).normalize();
         let point = rng.sample_direction() * 600.0;
         // A needle with a bounding box of 11.2 × 9.7 × 1.4, or a needle of about that length and
         // height in a random orientation.
@@ -232,7 +232,7 @@ pub fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement>
                 point + diagonal,
                 point
                     + diagonal * rng.next_uniform(0.6, 0.9)
-                    + rng.sample_cube() * DVec3::new(0.0, 0.5, 0.1),
+                    + rng.sample_point_in_cube() * DVec3::new(0.0, 0.5, 0.1),
             ]
             .map(round_to_f32)
         } else {
@@ -247,13 +247,13 @@ pub fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement>
         let normal = (corners[1] - corners[0])
             .cross(corners[2] - corners[0])
             .normalize();
-        let weights = (rng.next_unit(), rng.next_unit());
+        let weights = (rng.next_in_unit_interval(), rng.next_in_unit_interval());
         let target = corners[0]
             + (corners[1] - corners[0]) * weights.0
             + (corners[2] - corners[0]) * (weights.1 * (1.0 - weights.0));
         let away = x * rng.next_uniform(-1.0, 1.0) + y * rng.next_uniform(-1.0, 1.0);
         let origin = target + (away.normalize() + normal * angle) * 600.0;
-        let ray = ray_towards::<R>(origin, target + rng.sample_cube() * 1e-3);
+        let ray = create_ray_towards::<R>(origin, target + rng.sample_point_in_cube() * 1e-3);
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
         let shape = Triangle::new(corners.map(to_scalar::<R>));
         let Some(h) = nearest_hit::<R>(&shape, &ray) else {
@@ -276,5 +276,5 @@ pub fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement>
             })
         })
     });
-    vec![create_measurement_without_kernels::<R>(outcome)]
+    vec![create_treeless_measurement::<R>(outcome)]
 }

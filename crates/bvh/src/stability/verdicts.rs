@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::{Interval, PreparedRay, Ray, Real, Shape, ShapeHit, Side, Vector};
 
 /// Unit roundoff of f32, 2⁻²⁴: the greatest relative error of rounding a number to f32.
-pub const U: f64 = 5.960_464_477_539_063e-8;
+pub const UNIT_ROUNDOFF: f64 = 5.960_464_477_539_063e-8;
 
 /// Returns the distance from `x`, rounded to f32, to the next greater f32.
 pub fn ulp(x: f64) -> f64 {
@@ -48,12 +48,12 @@ impl CaseRng {
         z ^ z >> 31
     }
     /// Samples a number, uniform in [0, 1).
-    pub fn next_unit(&mut self) -> f64 {
+    pub fn next_in_unit_interval(&mut self) -> f64 {
         (self.next_bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
     /// Samples a number, uniform in [low, high).
     pub fn next_uniform(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next_unit()
+        low + (high - low) * self.next_in_unit_interval()
     }
     /// Returns a random element of a list.
     pub fn choose<T: Copy>(&mut self, from: &[T]) -> T {
@@ -67,13 +67,13 @@ impl CaseRng {
     pub fn sample_direction(&mut self) -> DVec3 {
         let (z, a) = (
             self.next_uniform(-1.0, 1.0),
-            self.next_unit() * core::f64::consts::TAU,
+            self.next_in_unit_interval() * core::f64::consts::TAU,
         );
         let ring = (1.0 - z * z).sqrt();
         DVec3::new(ring * a.cos(), ring * a.sin(), z)
     }
     /// Samples a point, uniform in the cube [−1, 1]³.
-    pub fn sample_cube(&mut self) -> DVec3 {
+    pub fn sample_point_in_cube(&mut self) -> DVec3 {
         DVec3::new(
             self.next_uniform(-1.0, 1.0),
             self.next_uniform(-1.0, 1.0),
@@ -81,11 +81,11 @@ impl CaseRng {
         )
     }
     /// Samples an offset, uniform in the disc of the given radius perpendicular to `across`.
-    pub fn sample_disc(&mut self, across: DVec3, radius: f64) -> DVec3 {
+    pub fn sample_offset_in_disc(&mut self, across: DVec3, radius: f64) -> DVec3 {
         let (a, b) = across.any_orthonormal_pair();
         let (r, angle) = (
-            radius * self.next_unit().sqrt(),
-            self.next_unit() * core::f64::consts::TAU,
+            radius * self.next_in_unit_interval().sqrt(),
+            self.next_in_unit_interval() * core::f64::consts::TAU,
         );
         a * (r * angle.cos()) + b * (r * angle.sin())
     }
@@ -102,15 +102,15 @@ pub fn round_to_f32(v: DVec3) -> DVec3 {
 }
 
 /// Creates a ray whose direction is not normalised.
-pub fn unnormalised_ray<R: Real>(origin: DVec3, direction: DVec3) -> Ray<R> {
+pub fn create_unnormalised_ray<R: Real>(origin: DVec3, direction: DVec3) -> Ray<R> {
     Ray::new(to_scalar::<R>(origin), to_scalar::<R>(direction))
 }
 
 /// Creates a ray from `origin` towards `target`. The direction has unit length up to the rounding
 /// to f32.
-pub fn ray_towards<R: Real>(origin: DVec3, target: DVec3) -> Ray<R> {
+pub fn create_ray_towards<R: Real>(origin: DVec3, target: DVec3) -> Ray<R> {
     let origin = round_to_f32(origin);
-    unnormalised_ray::<R>(origin, round_to_f32((target - origin).normalize()))
+    create_unnormalised_ray::<R>(origin, round_to_f32((target - origin).normalize()))
 }
 
 /// Returns the nearest hit of a ray with a shape by the library's intersection test, in front of

@@ -7,8 +7,8 @@ use raywright_bvh::shapes::{
 use raywright_bvh::{Interval, PreparedRay, Real, Shape, Side};
 
 use super::support::{
-    CaseRng, Expect, Verdict, format_ray_bits, judge, nearest_hit, ray_towards, round_to_f32,
-    to_scalar, ulp, unnormalised_ray,
+    CaseRng, Expect, Verdict, create_ray_towards, create_unnormalised_ray, format_ray_bits, judge,
+    nearest_hit, round_to_f32, to_scalar, ulp,
 };
 
 const STEPS: [f64; 7] = [0.0, 1.0, -1.0, 4.0, -4.0, 64.0, -64.0];
@@ -27,8 +27,11 @@ fn meet(o: DVec3, d: DVec3, through: DVec3, normal: DVec3) -> DVec3 {
 #[test]
 fn p09_quad_border() {
     judge("P09 quad", 9, 1_000_000, |rng| {
-        let corner = grid(rng.sample_cube() * 10.0);
-        let (eu, ev) = (grid(rng.sample_cube() * 2.0), grid(rng.sample_cube() * 2.0));
+        let corner = grid(rng.sample_point_in_cube() * 10.0);
+        let (eu, ev) = (
+            grid(rng.sample_point_in_cube() * 2.0),
+            grid(rng.sample_point_in_cube() * 2.0),
+        );
         let normal = eu.cross(ev);
         if normal.length() < 0.3 * eu.length() * ev.length() {
             return Verdict::Skipped;
@@ -40,7 +43,8 @@ fn p09_quad_border() {
         let scale = corner.abs().max((corner + eu + ev).abs()).max_element();
         let out = (border - (corner + (eu + ev) * 0.5)).normalize();
         let origin = border + rng.sample_direction() * rng.next_uniform(1.0, 10.0);
-        let ray = ray_towards::<f32>(origin, border + out * (rng.choose(&STEPS) * ulp(scale)));
+        let ray =
+            create_ray_towards::<f32>(origin, border + out * (rng.choose(&STEPS) * ulp(scale)));
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
         if normal.dot(d).abs() < 0.05 * normal.length()
@@ -73,7 +77,7 @@ fn p09_quad_border() {
 fn p09_disk_border() {
     judge("P09 disk", 10, 400_000, |rng| {
         let (centre, normal) = (
-            round_to_f32(rng.sample_cube() * 10.0),
+            round_to_f32(rng.sample_point_in_cube() * 10.0),
             round_to_f32(rng.sample_direction()),
         );
         let radius = f64::from(rng.next_uniform(0.1, 3.0) as f32);
@@ -82,10 +86,12 @@ fn p09_disk_border() {
             normal: to_scalar::<f32>(normal),
             radius: radius as f32,
         };
-        let rim = rng.sample_disc(normal.normalize(), 1.0).normalize();
+        let rim = rng
+            .sample_offset_in_disc(normal.normalize(), 1.0)
+            .normalize();
         let scale = centre.abs().max_element() + radius;
         let origin = centre + rim * radius + rng.sample_direction() * rng.next_uniform(1.0, 10.0);
-        let ray = ray_towards::<f32>(
+        let ray = create_ray_towards::<f32>(
             origin,
             centre + rim * (radius + rng.choose(&STEPS) * ulp(scale)),
         );
@@ -113,9 +119,9 @@ fn p09_disk_border() {
 #[test]
 fn p09_no_leak_between_quads() {
     judge("P09 seam", 11, 3_000_000, |rng| {
-        let point = rng.sample_cube() * 10_f64.powf(rng.next_uniform(-2.0, 4.0));
-        let (corner, edge) = (round_to_f32(point), rng.sample_cube());
-        let [left, right] = [rng.sample_cube(), rng.sample_cube()];
+        let point = rng.sample_point_in_cube() * 10_f64.powf(rng.next_uniform(-2.0, 4.0));
+        let (corner, edge) = (round_to_f32(point), rng.sample_point_in_cube());
+        let [left, right] = [rng.sample_point_in_cube(), rng.sample_point_in_cube()];
         let end = round_to_f32(corner + edge);
         // Both quads list the shared corners with the same bits, in opposite order.
         let a = Quad::<f32>::new(corner, end - corner, left);
@@ -123,7 +129,7 @@ fn p09_no_leak_between_quads() {
         let target = corner + (end - corner) * rng.next_uniform(0.05, 0.95);
         let away =
             -(left.normalize() + right.normalize()).normalize() + rng.sample_direction() * 0.5;
-        let ray = ray_towards::<f32>(target + away * rng.next_uniform(0.5, 20.0), target);
+        let ray = create_ray_towards::<f32>(target + away * rng.next_uniform(0.5, 20.0), target);
         // The ray must pass between the two far edges, as seen from its origin.
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let seam = end - corner;
@@ -158,8 +164,8 @@ pub fn depth(p: DVec3, base: DVec3, axis: DVec3, radii: [f64; 2]) -> f64 {
 /// A solid of revolution with a rim as a target.
 fn solid(rng: &mut CaseRng) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
     let (base, axis) = (
-        round_to_f32(rng.sample_cube() * 3.0),
-        round_to_f32(rng.sample_cube() * 2.0),
+        round_to_f32(rng.sample_point_in_cube() * 3.0),
+        round_to_f32(rng.sample_point_in_cube() * 2.0),
     );
     let axis = if axis.length() < 0.3 { DVec3::Y } else { axis };
     let radii = rng.choose(&[[1.0, 1.0], [1.0, 0.0], [1.25, 0.5], [0.25, 0.75]]);
@@ -196,11 +202,11 @@ fn p11_cap_seam() {
         } else {
             (base, radii[0])
         };
-        let out = rng.sample_disc(axis.normalize(), 1.0).normalize();
+        let out = rng.sample_offset_in_disc(axis.normalize(), 1.0).normalize();
         let scale = base.abs().max_element() + axis.abs().max_element() + 1.25;
-        let jitter = rng.sample_cube() * (4.0 * ulp(scale));
+        let jitter = rng.sample_point_in_cube() * (4.0 * ulp(scale));
         let rim = end + out * radius + jitter;
-        let ray = ray_towards::<f32>(
+        let ray = create_ray_towards::<f32>(
             rim + rng.sample_direction() * rng.next_uniform(3.0, 10.0),
             rim,
         );
@@ -270,10 +276,10 @@ fn p14_empty_and_thin_clips() {
     judge("P14", 14, 300_000, |rng| {
         let height = rng.choose(&[0.0, thin, 2.0 * thin, 64.0 * thin, 0.5]);
         let origin = round_to_f32(rng.sample_direction() * rng.next_uniform(2.0, 5.0));
-        let angle = rng.next_unit() * core::f64::consts::TAU;
+        let angle = rng.next_in_unit_interval() * core::f64::consts::TAU;
         let jitter = rng.choose(&STEPS) * thin;
         let waist = DVec3::new(angle.cos(), height + jitter, angle.sin());
-        let level = rng.next_unit() < 0.2;
+        let level = rng.next_in_unit_interval() < 0.2;
         let origin = if level {
             round_to_f32(DVec3::new(origin.x, 0.0, origin.z))
         } else {
@@ -284,7 +290,8 @@ fn p14_empty_and_thin_clips() {
         } else {
             waist
         };
-        let ray = unnormalised_ray::<f32>(origin, round_to_f32((target - origin).normalize()));
+        let ray =
+            create_unnormalised_ray::<f32>(origin, round_to_f32((target - origin).normalize()));
         let (one, zero, up) = (
             1.0_f32,
             <f32 as Real>::Vec3::ZERO,
@@ -427,18 +434,21 @@ impl OpenQuadric {
 #[test]
 fn p14_clips_are_exact() {
     judge("P14 border", 15, 600_000, |rng| {
-        let point = round_to_f32(rng.sample_cube() * 3.0);
+        let point = round_to_f32(rng.sample_point_in_cube() * 3.0);
         let open = OpenQuadric::any(rng, point);
         let y = if open.low.is_finite() && rng.next_sign() > 0.0 {
             open.low
         } else {
             open.high
         };
-        let (radius, angle) = (open.radius(y), rng.next_unit() * core::f64::consts::TAU);
+        let (radius, angle) = (
+            open.radius(y),
+            rng.next_in_unit_interval() * core::f64::consts::TAU,
+        );
         let scale = point.abs().max_element() + radius + y.abs();
         let jitter = rng.choose(&STEPS) * ulp(scale);
         let rim = point + DVec3::new(radius * angle.cos(), y + jitter, radius * angle.sin());
-        let ray = ray_towards::<f32>(
+        let ray = create_ray_towards::<f32>(
             rim + rng.sample_direction() * rng.next_uniform(1.0, 8.0),
             rim,
         );

@@ -6,7 +6,8 @@ use raywright_bvh::shapes::{AnyShape, Cuboid, Quad, Sphere, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
 use super::support::{
-    CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32, to_scalar, ulp,
+    CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, round_to_f32, to_scalar,
+    ulp,
 };
 
 const GAP: f64 = 1e-4;
@@ -27,12 +28,12 @@ fn geometry(shapes: impl IntoIterator<Item = AnyShape<f32>>) -> Geometry<f32> {
 fn s04_thin_gap() {
     judge("S04 gap", 130, 400_000, |rng| {
         let turn = DQuat::from_axis_angle(rng.sample_direction(), rng.next_uniform(0.0, 6.0));
-        let turn = if rng.next_unit() < 0.25 {
+        let turn = if rng.next_in_unit_interval() < 0.25 {
             DQuat::IDENTITY
         } else {
             turn
         };
-        let point = rng.sample_cube();
+        let point = rng.sample_point_in_cube();
         let sheet = |height: f64| -> AnyShape<f32> {
             Quad::new(
                 point + turn * DVec3::new(-1.0, height, -1.0),
@@ -56,15 +57,17 @@ fn s04_thin_gap() {
             // Seen from within the gap.
             (
                 position,
-                position + rng.sample_disc(DVec3::Y, 0.05) + DVec3::Y * (0.7 * GAP),
+                position + rng.sample_offset_in_disc(DVec3::Y, 0.05) + DVec3::Y * (0.7 * GAP),
             )
         } else {
             (
                 position + DVec3::Y * GAP,
-                position + rng.sample_disc(DVec3::Y, 1.0) + DVec3::Y * rng.next_uniform(0.1, 2.0),
+                position
+                    + rng.sample_offset_in_disc(DVec3::Y, 1.0)
+                    + DVec3::Y * rng.next_uniform(0.1, 2.0),
             )
         };
-        let ray = ray_towards::<f32>(point + turn * from, point + turn * target);
+        let ray = create_ray_towards::<f32>(point + turn * from, point + turn * target);
         let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
             return Verdict::Skipped;
         };
@@ -76,7 +79,7 @@ fn s04_thin_gap() {
         let (light, dark) = match (lower, rng.next_sign() > 0.0) {
             // In the gap, near enough for f32 to resolve the height.
             (true, true) => (
-                position + rng.sample_disc(DVec3::Y, 0.05) + DVec3::Y * (0.5 * GAP),
+                position + rng.sample_offset_in_disc(DVec3::Y, 0.05) + DVec3::Y * (0.5 * GAP),
                 false,
             ),
             (true, false) => (beside * 0.5 + DVec3::Y * (2.0 * GAP), true),
@@ -118,7 +121,7 @@ fn interfaces(impact: f64, inner: f64) -> Vec<u32> {
 fn s04_thin_shell() {
     const ETA: f64 = 1.5;
     judge("S04 shell", 131, 400_000, |rng| {
-        let centre = round_to_f32(rng.sample_cube() * rng.choose(&[0.0, 1.0, 10.0]));
+        let centre = round_to_f32(rng.sample_point_in_cube() * rng.choose(&[0.0, 1.0, 10.0]));
         let inner = f64::from((1.0 - GAP) as f32);
         let ball = |radius: f64| -> AnyShape<f32> {
             Sphere {
@@ -129,9 +132,9 @@ fn s04_thin_shell() {
         };
         let geometry = geometry([ball(1.0), ball(inner)]);
         let out = rng.sample_direction();
-        let ray = ray_towards::<f32>(
+        let ray = create_ray_towards::<f32>(
             centre + out * rng.next_uniform(1.5, 10.0),
-            centre + rng.sample_disc(out, 1.0),
+            centre + rng.sample_offset_in_disc(out, 1.0),
         );
         let (o, d) = (
             ray.origin.as_dvec3() - centre,
@@ -226,7 +229,7 @@ fn faces(point: DVec3, edges: [DVec3; 3]) -> Vec<[Vec3; 4]> {
 fn room(kind: usize, seed: u64) -> (Geometry<f32>, DVec3, [DVec3; 3]) {
     let rng = &mut CaseRng::new(seed, 0);
     let (point, size) = (
-        round_to_f32(rng.sample_cube() * 10.0),
+        round_to_f32(rng.sample_point_in_cube() * 10.0),
         DVec3::new(1.3, 0.7, 2.1) * rng.next_uniform(0.5, 2.0),
     );
     let turn = DQuat::from_axis_angle(
@@ -279,7 +282,7 @@ fn onward(
             0 => rng.sample_direction(),
             1 => {
                 rng.sample_direction() * DVec3::splat(1e-3)
-                    + rng.sample_disc(inward, 1.0).normalize()
+                    + rng.sample_offset_in_disc(inward, 1.0).normalize()
             }
             _ => near_edge(rng, point, edges) - surface.point.as_dvec3(),
         };
@@ -304,12 +307,12 @@ fn near_edge(rng: &mut CaseRng, point: DVec3, edges: [DVec3; 3]) -> DVec3 {
         }
     };
     let minimum = ulp(point.abs().max_element());
-    let off = minimum * (1e-3 / minimum).powf(rng.next_unit());
+    let off = minimum * (1e-3 / minimum).powf(rng.next_in_unit_interval());
     // Sometimes in a corner of three walls.
-    let position = if rng.next_unit() < 0.2 {
+    let position = if rng.next_in_unit_interval() < 0.2 {
         end(rng, off, edges[along])
     } else {
-        edges[along] * rng.next_unit()
+        edges[along] * rng.next_in_unit_interval()
     };
     point + position + end(rng, off, b) + end(rng, 0.0, c)
 }
@@ -330,7 +333,7 @@ fn s05_nothing_escapes() {
                             .map(|edge| edge * rng.next_uniform(-0.3, 0.3))
                             .sum::<DVec3>(),
                 );
-                let mut ray = ray_towards::<f32>(start, near_edge(rng, point, edges));
+                let mut ray = create_ray_towards::<f32>(start, near_edge(rng, point, edges));
                 for bounce in 0..=8 {
                     let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
                         return Verdict::Wrong(format!(

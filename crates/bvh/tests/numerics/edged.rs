@@ -27,7 +27,7 @@ pub struct EdgedShape<R: Real> {
 
 /// A random point of a circle perpendicular to an axis.
 fn rim(rng: &mut CaseRng, centre: DVec3, axis: DVec3, radius: f64) -> DVec3 {
-    centre + rng.sample_disc(axis.normalize(), 1.0).normalize() * radius
+    centre + rng.sample_offset_in_disc(axis.normalize(), 1.0).normalize() * radius
 }
 
 fn turned<R: Real>(name: &'static str, axis: DVec3, radii: [f64; 2], ball: f64) -> EdgedShape<R> {
@@ -71,10 +71,10 @@ fn turned<R: Real>(name: &'static str, axis: DVec3, radii: [f64; 2], ball: f64) 
 /// A random point on the border of a polygon.
 fn border(corners: &[DVec3], rng: &mut CaseRng) -> DVec3 {
     let i = (rng.next_bits() % corners.len() as u64) as usize;
-    let share = if rng.next_unit() < 0.3 {
+    let share = if rng.next_in_unit_interval() < 0.3 {
         0.0
     } else {
-        rng.next_unit()
+        rng.next_in_unit_interval()
     };
     corners[i] + (corners[(i + 1) % corners.len()] - corners[i]) * share
 }
@@ -119,7 +119,7 @@ pub fn edged<R: Real>() -> Vec<EdgedShape<R>> {
                 max[i]
             }
         }));
-        p[along] = if rng.next_unit() < 0.3 {
+        p[along] = if rng.next_in_unit_interval() < 0.3 {
             p[along]
         } else {
             rng.next_uniform(min[along], max[along])
@@ -255,7 +255,7 @@ pub fn round<R: Real>() -> Vec<EdgedShape<R>> {
             .into(),
             height: Box::new(move |p| (p - centre).with_y(0.0).length() - 0.5),
             edge: Box::new(move |rng| {
-                let along = rng.next_unit();
+                let along = rng.next_in_unit_interval();
                 rim(rng, centre + DVec3::Y * along, DVec3::Y, 0.5)
             }),
             ball: 0.5,

@@ -11,8 +11,8 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use super::stated::shapes;
 use super::support::{
-    CaseOutcome, CaseRng, Expect, U, Verdict, format_ray_bits, judge, ray_towards, round_to_f32,
-    to_scalar, ulp,
+    CaseOutcome, CaseRng, Expect, UNIT_ROUNDOFF, Verdict, create_ray_towards, format_ray_bits,
+    judge, round_to_f32, to_scalar, ulp,
 };
 
 /// The shapes whose tests solve an equation; flat shapes have other tests.
@@ -44,12 +44,12 @@ enum RayExactness {
 }
 
 fn from_afar<R: Real>(rng: &mut CaseRng, exactness: RayExactness, far: f64) -> Ray<R> {
-    let target = MIDDLE + rng.sample_cube() * REACH;
+    let target = MIDDLE + rng.sample_point_in_cube() * REACH;
     let mut d = DVec3::ZERO;
     let axis = (rng.next_bits() % 3) as usize;
     match exactness {
         RayExactness::Any => {
-            return ray_towards::<R>(target + rng.sample_direction() * far, target);
+            return create_ray_towards::<R>(target + rng.sample_direction() * far, target);
         }
         RayExactness::Axis => d[axis] = rng.next_sign(),
         RayExactness::Plane => {
@@ -150,7 +150,7 @@ fn far<R: Real>(
                 // Up to 2¹⁰ sizes away, the point of a sphere or torus is computed from the stored
                 // distance.
                 let distance = if far <= 1e3 && R::ROUNDOFF.to_f64() > 1e-10 {
-                    U * hit.t.to_f64() * d.length()
+                    UNIT_ROUNDOFF * hit.t.to_f64() * d.length()
                 } else {
                     0.0
                 };
@@ -210,7 +210,7 @@ fn stated_bounds_hold_far_from_the_origin() {
                 centre + rng.sample_direction() * 5.0,
                 rng.sample_direction(),
             ));
-            let target = (centre + rng.sample_cube() - prepared_ray.origin).normalize();
+            let target = (centre + rng.sample_point_in_cube() - prepared_ray.origin).normalize();
             let prepared_ray = PreparedRay::new(Ray::<f64>::new(prepared_ray.origin, target));
             let ball = Sphere {
                 centre,

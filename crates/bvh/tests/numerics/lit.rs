@@ -6,7 +6,9 @@ use glam::{DQuat, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
-use super::support::{CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32};
+use super::support::{
+    CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, round_to_f32,
+};
 
 /// A light, the ceiling around it in the same plane, and a wall that crosses neither.
 struct LitRoom {
@@ -27,7 +29,7 @@ fn room(seed: u64) -> LitRoom {
     } else {
         DQuat::from_axis_angle(rng.sample_direction(), rng.next_uniform(0.0, 6.0))
     };
-    let middle = round_to_f32(rng.sample_cube() * if seed == 0 { 0.0 } else { 5.0 });
+    let middle = round_to_f32(rng.sample_point_in_cube() * if seed == 0 { 0.0 } else { 5.0 });
     let (x, z, down) = (turn * DVec3::X, turn * DVec3::Z, turn * DVec3::NEG_Y);
     let quad = |reach: f64| {
         Quad::new(
@@ -73,7 +75,7 @@ fn receiver(position: DVec3, facing: DVec3) -> Option<Surface<f32>> {
         )
         .expect("finite");
     let geometry = Geometry::new(group, AcceleratorKind::default());
-    let ray = ray_towards::<f32>(position + facing, position);
+    let ray = create_ray_towards::<f32>(position + facing, position);
     let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
     Some(geometry.surface(&ray, &hit))
 }
@@ -93,7 +95,11 @@ fn s06_no_shadow_by_the_light_or_its_holder() {
             let Some(receiver) = receiver(position, -room.down) else {
                 return Verdict::Skipped;
             };
-            let target = drawn(&room, rng.next_unit(), rng.next_unit());
+            let target = drawn(
+                &room,
+                rng.next_in_unit_interval(),
+                rng.next_in_unit_interval(),
+            );
             let Some((ray, range)) = receiver.spawn_ray_to_surface(&target) else {
                 return Verdict::Wrong(format!(
                     "no shadow ray from {:?} to {:?}",
@@ -145,7 +151,11 @@ fn s06_irradiance_is_the_form_factor() {
             let rng = &mut CaseRng::new(170, (distance * 1e6) as u64);
             let term = |rng: &mut CaseRng| {
                 if distance >= 0.1 {
-                    let target = drawn(&room, rng.next_unit(), rng.next_unit());
+                    let target = drawn(
+                        &room,
+                        rng.next_in_unit_interval(),
+                        rng.next_in_unit_interval(),
+                    );
                     let Some((ray, range)) = receiver.spawn_ray_to_surface(&target) else {
                         return f64::NAN;
                     };
@@ -156,7 +166,10 @@ fn s06_irradiance_is_the_form_factor() {
                     return if seen { cosines.abs() / PI } else { 0.0 };
                 }
                 // Malley's method.
-                let (r, angle) = (rng.next_unit().sqrt(), rng.next_unit() * TAU);
+                let (r, angle) = (
+                    rng.next_in_unit_interval().sqrt(),
+                    rng.next_in_unit_interval() * TAU,
+                );
                 let d = x * (r * angle.cos())
                     + z * (r * angle.sin())
                     + facing * (1.0 - r * r).max(0.0).sqrt();
@@ -192,7 +205,11 @@ fn s06_irradiance_is_the_form_factor() {
 fn s06_at_no_distance() {
     let room = room(1);
     judge("S06 touching", 175, 100_000, |rng| {
-        let target = drawn(&room, rng.next_unit(), rng.next_unit());
+        let target = drawn(
+            &room,
+            rng.next_in_unit_interval(),
+            rng.next_in_unit_interval(),
+        );
         let Some(receiver) = receiver(target.point.as_dvec3(), -room.down) else {
             return Verdict::Skipped;
         };
@@ -226,8 +243,8 @@ fn s06_a_distant_lamp_is_not_in_its_own_light() {
         );
         // Tilted, but facing the ray and large enough to be crossed by a ray that is off.
         let (eu, ev) = (
-            rng.sample_cube() * distance * 1e-4,
-            rng.sample_cube() * distance * 1e-4,
+            rng.sample_point_in_cube() * distance * 1e-4,
+            rng.sample_point_in_cube() * distance * 1e-4,
         );
         let lamp = Quad::<f32>::new((eu + ev) * -0.5, eu, ev);
         let normal = eu.cross(ev).normalize();
@@ -248,7 +265,10 @@ fn s06_a_distant_lamp_is_not_in_its_own_light() {
             normal: (-out).as_vec3(),
         };
         let target = lamp
-            .sample_area(rng.next_unit() as f32, rng.next_unit() as f32)
+            .sample_area(
+                rng.next_in_unit_interval() as f32,
+                rng.next_in_unit_interval() as f32,
+            )
             .0
             .to_scalar::<f32>();
         let Some((ray, range)) = receiver.spawn_ray_to_surface(&target) else {

@@ -30,7 +30,7 @@ fn bounds_include_the_inverse_map() {
                 + DMat3::from_cols(along * along.x, along * along.y, along * along.z) * (by - 1.0);
             let turn = DMat3::from_axis_angle(rng.sample_direction(), rng.next_uniform(0.0, 6.0));
             let map = DAffine3::from_mat3(turn * squeeze);
-            let quad: AnyShape<f64> = Quad::new(rng.sample_cube(), u, v).into();
+            let quad: AnyShape<f64> = Quad::new(rng.sample_point_in_cube(), u, v).into();
             let transformed_shape =
                 TransformedShape::<f64>::new(quad, map).expect("an invertible map");
             let AnyShape::Quad(own) = quad else {

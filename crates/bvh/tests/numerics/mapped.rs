@@ -10,7 +10,8 @@ use raywright_bvh::{
 };
 
 use super::support::{
-    CaseRng, Expect, U, Verdict, format_ray_bits, judge, ray_towards, round_to_f32, to_scalar,
+    CaseRng, Expect, UNIT_ROUNDOFF, Verdict, create_ray_towards, format_ray_bits, judge,
+    round_to_f32, to_scalar,
 };
 
 /// Scales from 1e-3 to 1e3 in each axis, sheared, rotated and, every other time, reflected.
@@ -39,11 +40,11 @@ fn shape<R: Real>(rng: &mut CaseRng, kind: usize) -> (AnyShape<R>, DVec3) {
     let v = |p: DVec3| to_scalar::<R>(round_to_f32(p));
     let r = |x: f64| R::from_f64(f64::from(x as f32));
     let (centre, radius) = (
-        round_to_f32(rng.sample_cube() * 2.0),
+        round_to_f32(rng.sample_point_in_cube() * 2.0),
         f64::from(rng.next_uniform(0.2, 2.0) as f32),
     );
     let (a, b) = (rng.next_uniform(0.1, 0.45), rng.next_uniform(0.1, 0.45));
-    let angle = rng.next_unit() * core::f64::consts::TAU;
+    let angle = rng.next_in_unit_interval() * core::f64::consts::TAU;
     let round = DVec3::new(angle.cos(), 0.0, angle.sin());
     match kind {
         0 => (
@@ -55,8 +56,12 @@ fn shape<R: Real>(rng: &mut CaseRng, kind: usize) -> (AnyShape<R>, DVec3) {
             centre + rng.sample_direction() * radius,
         ),
         1 => {
-            let corners =
-                [rng.sample_cube(), rng.sample_cube(), rng.sample_cube()].map(round_to_f32);
+            let corners = [
+                rng.sample_point_in_cube(),
+                rng.sample_point_in_cube(),
+                rng.sample_point_in_cube(),
+            ]
+            .map(round_to_f32);
             let target = corners[0] + (corners[1] - corners[0]) * a + (corners[2] - corners[0]) * b;
             (
                 Triangle {
@@ -82,8 +87,8 @@ fn shape<R: Real>(rng: &mut CaseRng, kind: usize) -> (AnyShape<R>, DVec3) {
         }
         3 => {
             let (eu, ev) = (
-                round_to_f32(rng.sample_cube()),
-                round_to_f32(rng.sample_cube()),
+                round_to_f32(rng.sample_point_in_cube()),
+                round_to_f32(rng.sample_point_in_cube()),
             );
             let corners = [centre, centre + eu, centre + eu + ev, centre + ev].map(v);
             (Quad { corners }.into(), centre + eu * a + ev * b)
@@ -204,7 +209,7 @@ fn compare(
     let sum = m.x_axis.abs() * expected.own.x.abs()
         + m.y_axis.abs() * expected.own.y.abs()
         + m.z_axis.abs() * expected.own.z.abs();
-    let gamma = 3.0 * U / (1.0 - 3.0 * U);
+    let gamma = 3.0 * UNIT_ROUNDOFF / (1.0 - 3.0 * UNIT_ROUNDOFF);
     let bound = (sum + map.translation.abs()) * (16.0 * gamma);
     let off = (surface.point.as_dvec3() - expected.point).abs() / bound;
     let normal = surface.normal.as_dvec3();
@@ -231,7 +236,7 @@ fn compare(
     })
     .and_then(|| {
         let late = (f64::from(t) - expected.t).abs() * d.length();
-        Verdict::from_error(late, 4.0 * U * expected.t * d.length(), || {
+        Verdict::from_error(late, 4.0 * UNIT_ROUNDOFF * expected.t * d.length(), || {
             format!("t {t} for {}{}", expected.t, format_ray_bits::<f32>(ray))
         })
     })
@@ -243,7 +248,7 @@ fn compare(
 fn p23_mapped_shapes() {
     for (kind, name) in KINDS.iter().enumerate() {
         let turn = if matches!(*name, "triangle" | "box" | "quad") {
-            4.0 * U
+            4.0 * UNIT_ROUNDOFF
         } else {
             1e-4
         };
@@ -254,7 +259,7 @@ fn p23_mapped_shapes() {
             let (best, _) = shape::<f64>(&mut CaseRng::new(seed, 0), kind);
             let target = map.transform_point3(target);
             let away = rng.sample_direction() * 10_f64.powf(rng.next_uniform(-1.0, 3.0));
-            let ray = ray_towards::<f32>(target + away, target);
+            let ray = create_ray_towards::<f32>(target + away, target);
             let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
             let Some(wanted_value) = expected(&best, map, o, d) else {
                 return Verdict::Skipped;

@@ -7,7 +7,7 @@ use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vec
 
 use super::sharp::{back, flattening, is_thin};
 use super::support::{
-    CaseOutcome, CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, to_scalar,
+    CaseOutcome, CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, to_scalar,
 };
 
 /// A convex body around the origin. Each face has three corners, or four for a parallelogram,
@@ -171,16 +171,16 @@ fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Ca
             let geometry = Geometry::new(group, AcceleratorKind::default());
             let face = &faces[(rng.next_bits() % faces.len() as u64) as usize];
             let i = (rng.next_bits() % face.len() as u64) as usize;
-            let along = if rng.next_unit() < 0.3 {
+            let along = if rng.next_in_unit_interval() < 0.3 {
                 0.0
             } else {
-                rng.next_unit()
+                rng.next_in_unit_interval()
             };
             let edge = face[i] + (face[(i + 1) % face.len()] - face[i]) * along;
             let target = map.transform_point3(
-                edge + rng.sample_cube() * 10_f64.powf(rng.next_uniform(-9.0, -0.5)),
+                edge + rng.sample_point_in_cube() * 10_f64.powf(rng.next_uniform(-9.0, -0.5)),
             );
-            let ray = ray_towards::<R>(
+            let ray = create_ray_towards::<R>(
                 target + rng.sample_direction() * rng.choose(&[0.5, 3.0, 30.0]),
                 target,
             );

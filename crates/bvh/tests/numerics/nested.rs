@@ -7,7 +7,7 @@ use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vec
 
 use super::sharp::{back, flattening, is_thin};
 use super::support::{
-    CaseOutcome, CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, to_scalar,
+    CaseOutcome, CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, to_scalar,
 };
 
 /// A sphere of radius 1, or an ellipsoid of at least that thickness, around the origin.
@@ -52,7 +52,7 @@ fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> CaseOutcome {
             .expect("an invertible map");
         let geometry = Geometry::new(group, AcceleratorKind::Linear);
         let target = (outside * inner).transform_point3(rng.sample_direction() * semi_axes);
-        let ray = ray_towards::<R>(
+        let ray = create_ray_towards::<R>(
             target + rng.sample_direction() * rng.choose(&[0.5, 3.0, 30.0]),
             target,
         );

@@ -6,8 +6,8 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 
 use super::stated::shapes;
 use super::support::{
-    Expect, Verdict, expect_all, format_ray_bits, judge, nearest_hit, round_to_f32, to_scalar, ulp,
-    unnormalised_ray,
+    Expect, Verdict, create_unnormalised_ray, expect_all, format_ray_bits, judge, nearest_hit,
+    round_to_f32, to_scalar, ulp,
 };
 
 /// Protects: hits do not depend on the length of the direction, for every shape, with and without a
@@ -22,9 +22,9 @@ fn p06_any_length_of_direction() {
         judge(&format!("P06 {name}"), 6, 60_000, |rng| {
             let length = rng.choose(&[1e-20, 1e-8, 1e-3, 1.0, 1e3, 1e8]);
             let origin = round_to_f32(rng.sample_direction() * 4.0);
-            let d = round_to_f32((rng.sample_cube() - origin).normalize() * length);
+            let d = round_to_f32((rng.sample_point_in_cube() - origin).normalize() * length);
             let world = rng.next_sign() > 0.0;
-            let ray = unnormalised_ray::<f32>(origin, d);
+            let ray = create_unnormalised_ray::<f32>(origin, d);
             let robust = PreparedRay::new(ray);
             let got = if world {
                 shape.intersect(&robust, Interval::positive(), Side::Both)
@@ -70,7 +70,7 @@ fn p07_grazing_plane() {
     expect_all("P07", 400_000);
     for zero in [0.0, -0.0] {
         for height in [1.0, 0.0] {
-            let ray = unnormalised_ray::<f32>(DVec3::Y * height, DVec3::new(1.0, zero, 0.0));
+            let ray = create_unnormalised_ray::<f32>(DVec3::Y * height, DVec3::new(1.0, zero, 0.0));
             let plane = Plane::new(to_scalar::<f32>(DVec3::ZERO), to_scalar::<f32>(DVec3::Y));
             assert!(
                 nearest_hit::<f32>(&plane, &ray).is_none(),

@@ -6,11 +6,11 @@ use raywright_bvh::shapes::{Cone, Cylinder, CylinderEnds, Ellipsoid};
 use raywright_bvh::{Interval, PreparedRay, Shape, Side};
 
 use super::support::{
-    Expect, U, Verdict, format_ray_bits, judge, nearest_hit, ray_towards, rays, round_to_f32,
-    textbook_share, to_scalar, unnormalised_ray,
+    Expect, UNIT_ROUNDOFF, Verdict, create_ray_towards, create_unnormalised_ray, format_ray_bits,
+    judge, nearest_hit, rays, round_to_f32, textbook_share, to_scalar,
 };
 use raywright_bvh::stability::quadrics::{
-    intersect_ellipsoid_in_f64, judge_extreme_distance, judge_extreme_ellipsoid,
+    intersect_ellipsoid_in_f64, judge_extreme_ellipsoid, judge_hit_distance_of_extreme_ellipsoid,
     judge_near_root_of_quadric,
 };
 use raywright_bvh::stability::{intersect_by_library, textbook};
@@ -34,17 +34,17 @@ fn p10_cylinder_along_its_axis() {
         } else {
             rng.next_uniform(1.01, 3.0)
         };
-        let out = rng.sample_disc(DVec3::Y, 1.0).normalize();
+        let out = rng.sample_offset_in_disc(DVec3::Y, 1.0).normalize();
         let origin = round_to_f32(
             base + out * (reach * radius) + DVec3::Y * (height * rng.next_uniform(0.01, 0.99)),
         );
         let toward = if inside {
-            rng.sample_disc(DVec3::Y, 1.0).normalize()
+            rng.sample_offset_in_disc(DVec3::Y, 1.0).normalize()
         } else {
             -out
         };
         let d = round_to_f32((toward * angle + DVec3::Y * rng.next_sign()).normalize());
-        let ray = unnormalised_ray::<f32>(origin, d);
+        let ray = create_unnormalised_ray::<f32>(origin, d);
         let ends = rng.choose(&[CylinderEnds::None, CylinderEnds::Capped]);
         let shape = Cylinder::<f32> {
             base: to_scalar::<f32>(base),
@@ -80,7 +80,7 @@ fn p10_cylinder_along_its_axis() {
         if !(surface.point.is_finite() && surface.normal.is_finite()) {
             return Verdict::Wrong(format!("not finite{}", format_ray_bits::<f32>(&ray)));
         }
-        let bound = 8.0 * U * (t + radius);
+        let bound = 8.0 * UNIT_ROUNDOFF * (t + radius);
         // On the wall between the ends, or on an end within the wall.
         let (wall, low, high) = (off(p), base.y - p.y, p.y - base.y - height);
         let caps = low.abs().min(high.abs()).max(wall);
@@ -110,7 +110,7 @@ fn p10_cylinder_along_its_axis() {
 fn p12_cone_tip_and_other_nappe() {
     judge("P12", 22, 600_000, |rng| {
         let (base, axis) = (
-            round_to_f32(rng.sample_cube() * 3.0),
+            round_to_f32(rng.sample_point_in_cube() * 3.0),
             round_to_f32(rng.sample_direction() * rng.next_uniform(0.3, 4.0)),
         );
         let radius = f64::from(rng.next_uniform(0.05, 3.0) as f32);
@@ -123,11 +123,14 @@ fn p12_cone_tip_and_other_nappe() {
         let tip = base + axis;
         let target = match rng.next_bits() % 3 {
             0 => tip,
-            1 => tip + rng.sample_cube() * 1e-6,
+            1 => tip + rng.sample_point_in_cube() * 1e-6,
             // The opposite nappe: the cone mirrored at its apex.
-            _ => tip + axis * rng.next_unit() + rng.sample_disc(axis.normalize(), radius),
+            _ => {
+                tip + axis * rng.next_in_unit_interval()
+                    + rng.sample_offset_in_disc(axis.normalize(), radius)
+            }
         };
-        let ray = ray_towards::<f32>(
+        let ray = create_ray_towards::<f32>(
             target + rng.sample_direction() * rng.next_uniform(1.0, 8.0),
             target,
         );
@@ -141,13 +144,13 @@ fn p12_cone_tip_and_other_nappe() {
             let scale = o.abs().max_element() + p.abs().max_element() + f64::from(h.t);
             let beyond = (p - tip).dot(axis) / axis.length();
             let normal = cone.surface(&prepared_ray, h).normal.as_dvec3();
-            if beyond > 4.0 * U * scale {
+            if beyond > 4.0 * UNIT_ROUNDOFF * scale {
                 return Verdict::Wrong(format!(
                     "hit {beyond:e} beyond the tip{} {cone:?}",
                     format_ray_bits::<f32>(&ray)
                 ));
             }
-            let unit = (normal.length() - 1.0).abs() <= 2.0 * U;
+            let unit = (normal.length() - 1.0).abs() <= 2.0 * UNIT_ROUNDOFF;
             if !unit {
                 return Verdict::Wrong(format!(
                     "normal {normal:?}{} {cone:?}",
@@ -179,7 +182,8 @@ const EXTREMES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
 #[test]
 fn p15_extreme_ellipsoids() {
     for k in EXTREMES {
-        judge_extreme_distance::<f32>(k, 1e-3, rays(), intersect_by_library).expect_right(190_000);
+        judge_hit_distance_of_extreme_ellipsoid::<f32>(k, 1e-3, rays(), intersect_by_library)
+            .expect_right(190_000);
     }
 }
 
@@ -188,7 +192,7 @@ fn p15_extreme_ellipsoids() {
 fn p16_extreme_normals() {
     for k in EXTREMES {
         let outcome = judge_extreme_ellipsoid::<f32>(k, 0.98, rays(), |semi, shape, o, d| {
-            let ray = unnormalised_ray::<f32>(o, d);
+            let ray = create_unnormalised_ray::<f32>(o, d);
             let Some((_, p)) = intersect_ellipsoid_in_f64(o, d, semi) else {
                 return Verdict::Skipped;
             };
@@ -205,7 +209,7 @@ fn p16_extreme_normals() {
                 )
             })
             .and_then(|| {
-                Verdict::from_error((n.length() - 1.0).abs(), 2.0 * U, || {
+                Verdict::from_error((n.length() - 1.0).abs(), 2.0 * UNIT_ROUNDOFF, || {
                     format!("length{}", format_ray_bits::<f32>(&ray))
                 })
             })
@@ -219,14 +223,14 @@ fn p16_extreme_normals() {
         };
         for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
             for sign in [-1.0, 1.0] {
-                let ray = unnormalised_ray::<f32>(
+                let ray = create_unnormalised_ray::<f32>(
                     axis * (sign * 10.0 * semi.max_element()),
                     axis * -sign,
                 );
                 let h = nearest_hit::<f32>(&shape, &ray).expect("aimed at the centre");
                 let n = shape.surface(&PreparedRay::new(ray), h).normal.as_dvec3();
                 assert!(
-                    n.distance(axis * sign) <= 2.0 * U,
+                    n.distance(axis * sign) <= 2.0 * UNIT_ROUNDOFF,
                     "k = {k}: normal {n:?} at {:?}",
                     axis * sign
                 );
@@ -248,9 +252,9 @@ fn textbook_loses_vanishing_coefficients_and_extremes() {
     let worst = hyperboloid.max(cone);
     assert!(worst > 0.2, "P13 at 1e-7: only {worst} wrong");
     let extreme = textbook_share([
-        judge_extreme_distance(1e-3, 1e-2, rays(), textbook::intersect),
-        judge_extreme_distance::<f32>(1e-3, 1e-2, rays(), intersect_by_library),
-        judge_extreme_distance::<f64>(1e-3, 1e-2, rays(), intersect_by_library),
+        judge_hit_distance_of_extreme_ellipsoid(1e-3, 1e-2, rays(), textbook::intersect),
+        judge_hit_distance_of_extreme_ellipsoid::<f32>(1e-3, 1e-2, rays(), intersect_by_library),
+        judge_hit_distance_of_extreme_ellipsoid::<f64>(1e-3, 1e-2, rays(), intersect_by_library),
     ]);
     assert!(extreme > 0.1, "P15 at 1e-3: only {extreme} wrong");
 }

@@ -10,7 +10,7 @@ use raywright_bvh::{
 
 use super::stated::shapes;
 use super::support::{
-    CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32, to_scalar,
+    CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, round_to_f32, to_scalar,
 };
 
 /// Visibility that passes every hit to the filter.
@@ -101,14 +101,18 @@ fn agree_everywhere<R: Real>() {
         }
         agree(&format!("tori from {away}"), &group, 40_000, |rng| {
             let origin = round_to_f32(rng.sample_direction() * away);
-            ray_towards::<R>(origin, rng.sample_cube() * 2.0)
+            create_ray_towards::<R>(origin, rng.sample_point_in_cube() * 2.0)
         });
     }
     // False hits before the shape: spheres too far away for a textbook formula.
     let mut group = PrimitiveSet::<R>::default();
     let rng = &mut CaseRng::new(401, 0);
     let balls: Vec<DVec3> = (0..40)
-        .map(|_| round_to_f32(rng.sample_direction() * (300.0 * 1000_f64.powf(rng.next_unit()))))
+        .map(|_| {
+            round_to_f32(
+                rng.sample_direction() * (300.0 * 1000_f64.powf(rng.next_in_unit_interval())),
+            )
+        })
         .collect();
     for &centre in &balls {
         let ball = Sphere {
@@ -118,8 +122,8 @@ fn agree_everywhere<R: Real>() {
         group.add_sphere(ball, ASKED).expect("finite");
     }
     agree("far spheres", &group, 80_000, |rng| {
-        let target = rng.choose(&balls) + rng.sample_cube() * 1.2;
-        ray_towards::<R>(rng.sample_cube(), target)
+        let target = rng.choose(&balls) + rng.sample_point_in_cube() * 1.2;
+        create_ray_towards::<R>(rng.sample_point_in_cube(), target)
     });
 }
 
@@ -177,10 +181,10 @@ fn family<R: Real>() -> PrimitiveSet<R> {
 fn passing<R: Real>(rng: &mut CaseRng, bounds: &[raywright_bvh::Aabb]) -> Ray<R> {
     let away = rng.choose(&[3.0, 30.0, 300.0, 3000.0, 1e4]);
     let b = rng.choose(bounds);
-    if rng.next_unit() < 0.5 {
-        return ray_towards::<R>(
+    if rng.next_in_unit_interval() < 0.5 {
+        return create_ray_towards::<R>(
             b.centre() + rng.sample_direction() * away,
-            b.centre() + rng.sample_cube() * b.extent() * 0.55,
+            b.centre() + rng.sample_point_in_cube() * b.extent() * 0.55,
         );
     }
     let (axis, side) = (

@@ -51,7 +51,7 @@ fn said<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>, size: f64) -> Option<[f64; 1
 
 /// A ray at the shapes from one to a thousand sizes away, some along an axis.
 fn aimed(rng: &mut CaseRng) -> (DVec3, DVec3) {
-    let target = rng.sample_cube() * 1.5;
+    let target = rng.sample_point_in_cube() * 1.5;
     let direction = if rng.next_bits().is_multiple_of(4) {
         DVec3::AXES[rng.ray_index() as usize % 3] * rng.next_sign()
     } else {

@@ -8,8 +8,8 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 use super::edged::{EdgedShape, edged, round};
 use super::mapped::solved;
 use super::support::{
-    CaseOutcome, CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32,
-    to_scalar,
+    CaseOutcome, CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge,
+    round_to_f32, to_scalar,
 };
 
 /// A map that flattens by a factor in a random direction, with rotation and translation.
@@ -19,7 +19,9 @@ pub fn flattening(rng: &mut CaseRng, by: f64) -> DAffine3 {
     let turn = DMat3::from_axis_angle(rng.sample_direction(), rng.next_uniform(0.0, 6.0));
     DAffine3 {
         matrix3: turn * squeeze,
-        translation: round_to_f32(rng.sample_cube() * rng.choose(&[0.0, 0.5, 10.0, 1000.0])),
+        translation: round_to_f32(
+            rng.sample_point_in_cube() * rng.choose(&[0.0, 0.5, 10.0, 1000.0]),
+        ),
     }
 }
 
@@ -64,15 +66,15 @@ fn starts<R: Real>(edged: &EdgedShape<R>, by: f64) -> CaseOutcome {
         50_000,
         |rng| {
             let map = if by == 1.0 {
-                DAffine3::from_translation(rng.sample_cube().round())
+                DAffine3::from_translation(rng.sample_point_in_cube().round())
             } else {
                 flattening(rng, by)
             };
             let transformed_shape =
                 TransformedShape::<R>::new(*shape, map).expect("an invertible map");
             let off = 10_f64.powf(rng.next_uniform(-9.0, -0.5));
-            let target = map.transform_point3(edge(rng) + rng.sample_cube() * off);
-            let ray = ray_towards::<R>(
+            let target = map.transform_point3(edge(rng) + rng.sample_point_in_cube() * off);
+            let ray = create_ray_towards::<R>(
                 target + rng.sample_direction() * rng.choose(&[0.5, 3.0, 30.0]),
                 target,
             );
@@ -140,9 +142,9 @@ fn s05_starts_beside_seams_are_on_the_right_side() {
                 421,
                 100_000,
                 |rng| {
-                    let target =
-                        edge(rng) + rng.sample_cube() * 10_f64.powf(rng.next_uniform(-9.0, -0.5));
-                    let ray = ray_towards::<R>(
+                    let target = edge(rng)
+                        + rng.sample_point_in_cube() * 10_f64.powf(rng.next_uniform(-9.0, -0.5));
+                    let ray = create_ray_towards::<R>(
                         target + rng.sample_direction() * rng.choose(&[0.5, 3.0, 30.0]),
                         target,
                     );
@@ -191,7 +193,7 @@ fn far_starts_are_outside() {
                 |rng| {
                     let centre = round_to_f32(rng.sample_direction() * far);
                     // Large enough to be resolved at that distance.
-                    let size = if R::ROUNDOFF == real(super::support::U) {
+                    let size = if R::ROUNDOFF == real(super::support::UNIT_ROUNDOFF) {
                         f64::from((far * 1e-3).max(1.0) as f32)
                     } else {
                         1.0
@@ -213,9 +215,9 @@ fn far_starts_are_outside() {
                         }
                         .into()
                     };
-                    let ray = ray_towards::<R>(
+                    let ray = create_ray_towards::<R>(
                         centre + rng.sample_direction() * size * 4.0,
-                        centre + rng.sample_cube() * size,
+                        centre + rng.sample_point_in_cube() * size,
                     );
                     let prepared_ray = PreparedRay::new(ray);
                     let hit = raywright_bvh::Shape::intersect(
@@ -274,8 +276,8 @@ fn starts_under_ill_conditioned_maps_are_clear() {
                     let map = flattening(rng, by);
                     let transformed_shape =
                         TransformedShape::<R>::new(edged.shape, map).expect("an invertible map");
-                    let target = map.transform_point3(rng.sample_cube() * 0.5);
-                    let ray = ray_towards::<R>(
+                    let target = map.transform_point3(rng.sample_point_in_cube() * 0.5);
+                    let ray = create_ray_towards::<R>(
                         target + rng.sample_direction() * rng.choose(&[1.0, 30.0]),
                         target,
                     );

@@ -10,7 +10,7 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use super::stated::shapes;
 use super::support::{
-    CaseRng, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32, to_scalar,
+    CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, round_to_f32, to_scalar,
 };
 
 /// The shape with all lengths multiplied by a power of two, which is exact.
@@ -97,7 +97,7 @@ fn times<R: Real>(shape: &AnyShape<R>, by: f64) -> AnyShape<R> {
 /// A ray at a shape of unit size at the origin, and the same ray in a scaled world.
 fn rays<R: Real>(rng: &mut CaseRng, by: f64) -> (Ray<R>, Ray<R>) {
     let origin = rng.sample_direction() * rng.choose(&[3.0, 10.0, 100.0]);
-    let ray = ray_towards::<R>(origin, rng.sample_cube() * 1.2);
+    let ray = create_ray_towards::<R>(origin, rng.sample_point_in_cube() * 1.2);
     (ray, Ray::new(ray.origin * R::from_f64(by), ray.direction))
 }
 
@@ -193,7 +193,7 @@ fn count_hits<R: Real>(make: impl Fn(f64) -> AnyShape<R>, size: f64) -> usize {
         let rng = &mut CaseRng::new(411, i);
         let (origin, target) = (
             rng.sample_direction() * 4.0 * size,
-            rng.sample_cube() * 0.9 * size,
+            rng.sample_point_in_cube() * 0.9 * size,
         );
         let ray = Ray::<R>::new(
             to_scalar::<R>(round_to_f32(origin)),

@@ -14,8 +14,8 @@ use raywright_bvh::{
 use raywright_bvh::stability::textbook;
 
 use super::support::{
-    CaseOutcome, CaseRng, Expect, U, Verdict, format_ray_bits, judge, ray_towards, round_to_f32,
-    to_scalar,
+    CaseOutcome, CaseRng, Expect, UNIT_ROUNDOFF, Verdict, create_ray_towards, format_ray_bits,
+    judge, round_to_f32, to_scalar,
 };
 
 /// ± a power of ten with an exponent uniform in ±`decades`.
@@ -79,8 +79,8 @@ fn convex(rng: &mut CaseRng, kind: usize) -> AnyShape<f32> {
         .into(),
         "quad" => Quad::new(
             point,
-            rng.sample_cube() * f64::from(radius),
-            rng.sample_cube() * f64::from(other),
+            rng.sample_point_in_cube() * f64::from(radius),
+            rng.sample_point_in_cube() * f64::from(other),
         )
         .into(),
         "ellipsoid" => Ellipsoid {
@@ -89,8 +89,12 @@ fn convex(rng: &mut CaseRng, kind: usize) -> AnyShape<f32> {
         }
         .into(),
         "triangle" => Triangle::new(
-            [DVec3::ZERO, rng.sample_cube(), rng.sample_cube()]
-                .map(|p| (point + p * f64::from(radius)).as_vec3()),
+            [
+                DVec3::ZERO,
+                rng.sample_point_in_cube(),
+                rng.sample_point_in_cube(),
+            ]
+            .map(|p| (point + p * f64::from(radius)).as_vec3()),
         )
         .into(),
         "large triangle" => {
@@ -177,7 +181,12 @@ fn arrival(
 ) -> Option<Ray<f32>> {
     (0..1000).find_map(|i| {
         let target = bounds.min
-            + bounds.extent() * DVec3::new(rng.next_unit(), rng.next_unit(), rng.next_unit());
+            + bounds.extent()
+                * DVec3::new(
+                    rng.next_in_unit_interval(),
+                    rng.next_in_unit_interval(),
+                    rng.next_in_unit_interval(),
+                );
         // From random origins first, then from nearby, for shapes too small to be hit from far
         // away.
         let origin = if i < 200 {
@@ -185,7 +194,7 @@ fn arrival(
         } else {
             target + rng.sample_direction() * (bounds.extent().length() * 4.0)
         };
-        let ray = ray_towards::<f32>(origin, target);
+        let ray = create_ray_towards::<f32>(origin, target);
         shape(&ray).map(|_| ray)
     })
 }
@@ -353,7 +362,7 @@ fn hidden(p: DVec3, light: DVec3, primitive: u32, s: f64) -> (bool, f64) {
 /// shadow is acne, a missing shadow a leak.
 fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<HitRecord> + Sync) -> CaseOutcome {
     judge(&format!("S02 at {s:e}"), 120, 200_000, |rng| {
-        let angle = rng.next_unit() * core::f64::consts::TAU;
+        let angle = rng.next_in_unit_interval() * core::f64::consts::TAU;
         let round = DVec3::new(angle.cos(), 0.0, angle.sin());
         let target = if rng.next_sign() > 0.0 {
             round * (s * 10_f64.powf(rng.next_uniform(-2.7, 0.6)))
@@ -362,7 +371,8 @@ fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<HitRecord> + Sy
         };
         let mut out = rng.sample_direction();
         out.y = out.y.abs() + 0.05;
-        let ray = ray_towards::<f32>(target + out * (s * rng.next_uniform(2.0, 10.0)), target);
+        let ray =
+            create_ray_towards::<f32>(target + out * (s * rng.next_uniform(2.0, 10.0)), target);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         if (o - DVec3::Y * s).length() <= s {
             return Verdict::Skipped;
@@ -380,7 +390,7 @@ fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<HitRecord> + Sy
             s,
         );
         let scale = o.length().max(light.length());
-        if margin <= 16.0 * U * (scale + o.abs().max_element()) {
+        if margin <= 16.0 * UNIT_ROUNDOFF * (scale + o.abs().max_element()) {
             return Verdict::Undecidable;
         }
         let Some(got) = hit_record.hidden else {
@@ -487,14 +497,14 @@ fn s03_contact_shadow() {
         let s = f64::from(s as f32);
         let geometry = ball_on_floor::<f32>(s);
         judge(&format!("S03 at {s:e}"), 121, 100_000, |rng| {
-            let angle = rng.next_unit() * core::f64::consts::TAU;
-            let reach = s * 0.002 * 100_f64.powf(rng.next_unit());
+            let angle = rng.next_in_unit_interval() * core::f64::consts::TAU;
+            let reach = s * 0.002 * 100_f64.powf(rng.next_in_unit_interval());
             let target = DVec3::new(angle.cos(), 0.0, angle.sin()) * reach;
             // Seen from the side, below the equator of the sphere.
-            let away = DVec3::new(angle.cos(), 0.0, angle.sin()) + rng.sample_cube() * 0.2;
+            let away = DVec3::new(angle.cos(), 0.0, angle.sin()) + rng.sample_point_in_cube() * 0.2;
             let origin =
                 target + DVec3::new(away.x, rng.next_uniform(0.05, 0.2) * reach / s, away.z) * s;
-            let ray = ray_towards::<f32>(origin, target);
+            let ray = create_ray_towards::<f32>(origin, target);
             let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
                 return Verdict::Skipped;
             };

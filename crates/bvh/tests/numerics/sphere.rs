@@ -4,11 +4,12 @@ use glam::DVec3;
 use raywright_bvh::{Interval, PreparedRay, Shape, Side, Vector};
 
 use super::support::{
-    Expect, Verdict, format_ray_bits, judge, nearest_hit, ray_towards, rays, round_to_f32,
+    Expect, Verdict, create_ray_towards, format_ray_bits, judge, nearest_hit, rays, round_to_f32,
     textbook_share, ulp,
 };
 use raywright_bvh::stability::sphere::{
-    build_sphere, closest_approach, eval_library_surface, judge_far_sphere, judge_surface_point,
+    build_sphere, eval_library_surface, find_closest_approach, judge_far_sphere,
+    judge_surface_point,
 };
 use raywright_bvh::stability::{intersect_by_library, textbook};
 
@@ -41,10 +42,10 @@ fn p02_hit_point_stays_on_the_sphere() {
 fn p03_inside_a_huge_sphere() {
     let sphere = build_sphere::<f32>(DVec3::ZERO, 1e6);
     judge("P03", 3, 400_000, |rng| {
-        let origin = rng.sample_direction() * (0.5e6 * rng.next_unit().cbrt());
-        let ray = ray_towards::<f32>(origin, origin + rng.sample_direction());
+        let origin = rng.sample_direction() * (0.5e6 * rng.next_in_unit_interval().cbrt());
+        let ray = create_ray_towards::<f32>(origin, origin + rng.sample_direction());
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-        let Some([near, far]) = closest_approach(o, d, DVec3::ZERO, 1e6).roots else {
+        let Some([near, far]) = find_closest_approach(o, d, DVec3::ZERO, 1e6).roots else {
             return Verdict::Wrong("oracle".into());
         };
         let prepared_ray = PreparedRay::new(ray);
@@ -72,19 +73,20 @@ fn p04_origin_on_the_surface() {
     let tilts = [0.0, 1e-3, -1e-3, 1e-6, -1e-6, 1.0, -1.0];
     judge("P04", 4, 500_000, |rng| {
         let radius = round_to_f32(DVec3::splat(10_f64.powf(rng.next_uniform(-4.0, 4.0)))).x;
-        let centre = round_to_f32(rng.sample_cube() * 10_f64.powf(rng.next_uniform(-4.0, 4.0)));
+        let centre =
+            round_to_f32(rng.sample_point_in_cube() * 10_f64.powf(rng.next_uniform(-4.0, 4.0)));
         let sphere = build_sphere::<f32>(centre, radius);
         let out = rng.sample_direction();
-        let first = ray_towards::<f32>(
+        let first = create_ray_towards::<f32>(
             centre + out * (radius * 4.0),
-            centre + rng.sample_disc(out, 0.95 * radius),
+            centre + rng.sample_offset_in_disc(out, 0.95 * radius),
         );
         let Some(shape_hit) = nearest_hit::<f32>(&sphere, &first) else {
             return Verdict::Skipped;
         };
         let surface = sphere.surface(&PreparedRay::new(first), shape_hit);
         let n = surface.normal.as_dvec3();
-        let tangent = rng.sample_disc(n, 1.0).normalize();
+        let tangent = rng.sample_offset_in_disc(n, 1.0).normalize();
         let tilt = rng.choose(&tilts);
         let mut d = round_to_f32((tangent + n * tilt).normalize());
         if tilt == 0.0 && n.dot(d) < 0.0 {
@@ -102,7 +104,7 @@ fn p04_origin_on_the_surface() {
             });
         }
         let o = ray.origin.as_dvec3();
-        let Some([near, far]) = closest_approach(o, d, centre, radius).roots else {
+        let Some([near, far]) = find_closest_approach(o, d, centre, radius).roots else {
             // The sphere is too small for its position: f32 has no number inside.
             return Verdict::Skipped;
         };
@@ -131,7 +133,7 @@ fn p04_origin_on_the_surface() {
 /// The visible sphere: 0 none, 1 the tiny one, 2 the giant. In f64 with the giant's terms expanded,
 /// so that no numbers of size 1e12 are subtracted.
 fn seen(o: DVec3, d: DVec3, tiny: f64, giant: f64) -> u8 {
-    let first = closest_approach(o, d, DVec3::new(0.0, tiny, 0.0), tiny)
+    let first = find_closest_approach(o, d, DVec3::new(0.0, tiny, 0.0), tiny)
         .roots
         .map_or(f64::INFINITY, |r| r[0]);
     // The giant is centred at (0, −giant, 0): f = o + (0, giant, 0).

@@ -8,7 +8,8 @@ use raywright_bvh::shapes::{
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
 use super::support::{
-    CaseOutcome, Expect, Verdict, format_ray_bits, judge, ray_towards, round_to_f32, to_scalar,
+    CaseOutcome, Expect, Verdict, create_ray_towards, format_ray_bits, judge, round_to_f32,
+    to_scalar,
 };
 
 /// One of each shape, from the same f32 numbers in every precision.
@@ -192,7 +193,7 @@ fn stated<R: Real>(
         |rng| {
             let middle = map.translation;
             let origin = middle + rng.sample_direction() * (size * rng.choose(&[3.0, 10.0, 100.0]));
-            let ray = ray_towards::<R>(origin, middle + rng.sample_cube() * size);
+            let ray = create_ray_towards::<R>(origin, middle + rng.sample_point_in_cube() * size);
             let prepared_ray = PreparedRay::new(ray);
             let Some(hit) =
                 transformed_shape.intersect(&prepared_ray, Interval::positive(), Side::Both)

@@ -5,8 +5,8 @@ use std::env;
 use std::sync::LazyLock;
 
 pub use raywright_bvh::stability::verdicts::{
-    CaseOutcome, CaseRng, RayCount, U, Verdict, format_ray_bits, nearest_hit, ray_towards,
-    round_to_f32, to_scalar, ulp, unnormalised_ray,
+    CaseOutcome, CaseRng, RayCount, UNIT_ROUNDOFF, Verdict, create_ray_towards,
+    create_unnormalised_ray, format_ray_bits, nearest_hit, round_to_f32, to_scalar, ulp,
 };
 use raywright_bvh::stability::{Measurement, verdicts};
 

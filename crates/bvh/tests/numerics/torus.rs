@@ -5,7 +5,8 @@ use raywright_bvh::shapes::Torus;
 use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 
 use super::support::{
-    Expect, U, Verdict, format_ray_bits, judge, ray_towards, rays, textbook_share, to_scalar,
+    Expect, UNIT_ROUNDOFF, Verdict, create_ray_towards, format_ray_bits, judge, rays,
+    textbook_share, to_scalar,
 };
 use raywright_bvh::stability::torus::{build_torus, judge_far_torus};
 use raywright_bvh::stability::{intersect_by_library, textbook};
@@ -49,7 +50,7 @@ fn p18_tangents() {
         let tube = f64::from(rng.choose(&[0.3_f32, 0.1, 0.01]));
         let torus = build_torus::<f32>(tube);
         let far = f64::from(rng.next_uniform(3.0, 1000.0) as f32);
-        let step = rng.choose(&[-8.0, 8.0, -64.0, 64.0]) * U * far;
+        let step = rng.choose(&[-8.0, 8.0, -64.0, 64.0]) * UNIT_ROUNDOFF * far;
         // The line is parallel to x, at height y and distance z from the axis.
         let (y, z) = match rng.next_bits() % 3 {
             0 => (tube + step, rng.next_uniform(0.0, 0.9)),
@@ -89,9 +90,9 @@ fn p18_tangents() {
 fn p18_even_from_outside() {
     judge("P18 parity", 41, 300_000, |rng| {
         let torus = build_torus::<f32>(rng.choose(&[0.3, 0.1, 0.01, 0.9]));
-        let ray = ray_towards::<f32>(
+        let ray = create_ray_towards::<f32>(
             rng.sample_direction() * rng.next_uniform(3.0, 1000.0),
-            rng.sample_cube(),
+            rng.sample_point_in_cube(),
         );
         let (enters, leaves) = passages(&torus, &ray);
         Verdict::from_condition(enters == leaves && enters <= 2, || {

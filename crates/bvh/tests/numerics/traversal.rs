@@ -75,8 +75,8 @@ fn t10_inflation() {
 fn t10_pads_are_as_stated() {
     let outcome = judge("T10 pads", 232, 40_000, |rng| {
         let (centre, half) = (
-            rng.sample_cube() * 10_f64.powf(rng.next_uniform(-6.0, 6.0)),
-            rng.sample_cube().abs() * 10_f64.powf(rng.next_uniform(-6.0, 6.0)),
+            rng.sample_point_in_cube() * 10_f64.powf(rng.next_uniform(-6.0, 6.0)),
+            rng.sample_point_in_cube().abs() * 10_f64.powf(rng.next_uniform(-6.0, 6.0)),
         );
         let bounds = Aabb::from_points([centre - half, centre + half]);
         let Some(padded) = bounds.to_padded() else {

@@ -6,12 +6,13 @@ use raywright_bvh::shapes::Triangle;
 
 use raywright_bvh::stability::textbook;
 use raywright_bvh::stability::triangles::{
-    ClosedMesh, RayTarget, cube_mesh, icosphere, judge_leaks, judge_tree_leaks,
+    ClosedMesh, RayTarget, create_cube_mesh, create_icosphere, judge_mesh_leaks,
+    judge_mesh_leaks_of_tree,
 };
 
 use super::support::{
-    CaseOutcome, CaseRng, Expect, Verdict, expect_all, format_ray_bits, judge, nearest_hit,
-    ray_towards, rays, round_to_f32, textbook_share, to_scalar, ulp,
+    CaseOutcome, CaseRng, Expect, Verdict, create_ray_towards, expect_all, format_ray_bits, judge,
+    nearest_hit, rays, round_to_f32, textbook_share, to_scalar, ulp,
 };
 
 fn triangle<R: Real>(corners: [DVec3; 3]) -> Triangle<R> {
@@ -24,7 +25,7 @@ fn triangle<R: Real>(corners: [DVec3; 3]) -> Triangle<R> {
 fn p19_slivers() {
     judge("P19 no area", 50, 400_000, |rng| {
         // Integers: exactly collinear at any scale.
-        let whole = |rng: &mut CaseRng| (rng.sample_cube() * 64.0).round();
+        let whole = |rng: &mut CaseRng| (rng.sample_point_in_cube() * 64.0).round();
         let (a, step) = (whole(rng), whole(rng));
         let corners = match rng.next_bits() % 3 {
             0 => [a, a + step, a + step * 2.0],
@@ -33,13 +34,13 @@ fn p19_slivers() {
         };
         let scale = 2_f64.powi((rng.next_bits() % 40) as i32 - 20);
         let corners = corners.map(|c| c * scale);
-        let target = corners[0] + (corners[2] - corners[0]) * rng.next_unit();
+        let target = corners[0] + (corners[2] - corners[0]) * rng.next_in_unit_interval();
         let target = if rng.next_sign() > 0.0 {
             target
         } else {
             corners[1]
         };
-        let ray = ray_towards::<f32>(
+        let ray = create_ray_towards::<f32>(
             whole(rng) * (2.0 * scale) + DVec3::splat(200.0 * scale),
             target,
         );
@@ -50,12 +51,12 @@ fn p19_slivers() {
     })
     .expect_right(400_000);
     judge("P19 sliver", 51, 400_000, |rng| {
-        let (a, along) = (rng.sample_cube(), rng.sample_direction());
-        let side = rng.sample_disc(along, 1.0).normalize() * 1e-6;
+        let (a, along) = (rng.sample_point_in_cube(), rng.sample_direction());
+        let side = rng.sample_offset_in_disc(along, 1.0).normalize() * 1e-6;
         // Edges 1, 1 and 1e-6, or 1, 1 and 1e-3 with the same height over the longest.
         let corners = [a, a + along, a + along * rng.choose(&[0.0, 1e-3]) + side].map(round_to_f32);
-        let target = corners[0] + (corners[1] - corners[0]) * rng.next_unit();
-        let ray = ray_towards::<f32>(
+        let target = corners[0] + (corners[1] - corners[0]) * rng.next_in_unit_interval();
+        let ray = create_ray_towards::<f32>(
             target + rng.sample_direction() * rng.next_uniform(0.5, 5.0),
             target,
         );
@@ -92,9 +93,12 @@ const AIMS: [RayTarget; 4] = [
 /// Protects: no ray leaves a closed mesh through an edge or a corner.
 #[test]
 fn p21_no_leaks() {
-    for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube_mesh(16))] {
+    for (name, mesh) in [
+        ("icosphere", create_icosphere(5)),
+        ("cube", create_cube_mesh(16)),
+    ] {
         for ray_target in AIMS {
-            judge_tree_leaks::<f32>(name, &mesh, ray_target, 1_000_000, rays())
+            judge_mesh_leaks_of_tree::<f32>(name, &mesh, ray_target, 1_000_000, rays())
                 .expect_right(1_000_000);
         }
     }
@@ -103,9 +107,13 @@ fn p21_no_leaks() {
 /// Protects: the same in f64, where products are not exact any more.
 #[test]
 fn p21_no_leaks_in_reference() {
-    for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube_mesh(16))] {
+    for (name, mesh) in [
+        ("icosphere", create_icosphere(5)),
+        ("cube", create_cube_mesh(16)),
+    ] {
         for ray_target in AIMS {
-            judge_tree_leaks::<f64>(name, &mesh, ray_target, 100_000, rays()).expect_right(100_000);
+            judge_mesh_leaks_of_tree::<f64>(name, &mesh, ray_target, 100_000, rays())
+                .expect_right(100_000);
         }
     }
 }
@@ -120,17 +128,21 @@ fn p22_no_leaks_in_either_winding() {
 #[test]
 fn textbook_triangles_leak() {
     let both = |leaks: &dyn Fn(&str, &ClosedMesh) -> CaseOutcome| {
-        leaks("cube", &cube_mesh(16)).merge(leaks("icosphere", &icosphere(5)))
+        leaks("cube", &create_cube_mesh(16)).merge(leaks("icosphere", &create_icosphere(5)))
     };
     let leaking = textbook_share([
         both(&|name, mesh| {
             let triangles = mesh.triangles();
-            judge_leaks(name, mesh, RayTarget::Corner, 100_000, rays(), |ray| {
-                textbook::hits_any(&triangles, ray)
+            judge_mesh_leaks(name, mesh, RayTarget::Corner, 100_000, rays(), |ray| {
+                textbook::hits_any_triangle(&triangles, ray)
             })
         }),
-        both(&|name, mesh| judge_tree_leaks::<f32>(name, mesh, RayTarget::Corner, 100_000, rays())),
-        both(&|name, mesh| judge_tree_leaks::<f64>(name, mesh, RayTarget::Corner, 100_000, rays())),
+        both(&|name, mesh| {
+            judge_mesh_leaks_of_tree::<f32>(name, mesh, RayTarget::Corner, 100_000, rays())
+        }),
+        both(&|name, mesh| {
+            judge_mesh_leaks_of_tree::<f64>(name, mesh, RayTarget::Corner, 100_000, rays())
+        }),
     ]);
     assert!(leaking > 0.01, "P21: only {leaking} leak");
 }

@@ -10,8 +10,8 @@ use raywright_core::stability::RayCount;
 #[command(after_help = "\
 The results of each case are compared with results of higher precision, in both precisions of the program (robust, reference) and for every kernel (instruction set) of this processor. \
 The margin is the bound divided by the worst error; results that are only right or wrong have none. The textbook's share is the share of results that its formulas get wrong on \
-the same rays. The last column is the additional CPU time over the textbook's formula, on ordinary rays. Exit code 1 if a bound is exceeded, even if \
-the list of cases states the reason.
+the same rays. The last column is the additional CPU time over the textbook's formula, on ordinary rays. Exit code 1 if a bound is exceeded, even in a case for which \
+the report states a known reason.
 
 Examples:
   raywright stability                         All cases that are measured, with a quarter of their rays

@@ -84,7 +84,10 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
             let wrong = report.files.iter().filter(|checked| !checked.ok).count();
             Err(Failure::new(
                 failure.exit,
-                format_args!("{wrong} of {} files have problems", report.files.len()),
+                format_args!(
+                    "{wrong} of {} files have problems (see the messages above)",
+                    report.files.len()
+                ),
             ))
         }
     }
@@ -162,7 +165,7 @@ fn deny_warnings(name: &str, warnings: &[Warning], args: &CheckArgs) -> Option<F
         let found = format_count(denied, "warning");
         Failure::new(
             Exit::Input,
-            format_args!("{name}: {found}, and --deny-warnings allows none"),
+            format_args!("{name}: {found}, and --deny-warnings allows none; mend the file, or permit a kind of warning with --allow"),
         )
     })
 }

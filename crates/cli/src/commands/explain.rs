@@ -2,7 +2,7 @@
 //! level) of each ladder.
 
 use raywright_core::accuracy::{EffectCosts, measure_effects};
-use raywright_core::effects::{EffectAssessment, EffectReport, EffectStatus, detect};
+use raywright_core::effects::{EffectAssessment, EffectReport, EffectStatus, assess_effects};
 use raywright_core::ladder::{CurrentRung, current_rungs};
 use raywright_core::{Observer, Settings};
 use raywright_io::{Limits, LoadedScene, SourceInfo};
@@ -80,7 +80,7 @@ impl EffectSummary {
     fn detect_effects(args: &ExplainArgs, loaded: &mut LoadedScene) -> Result<Self, Failure> {
         let mut settings = Settings::from_scene(&loaded.scene);
         RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
-        let report = detect(&loaded.scene, &settings);
+        let report = assess_effects(&loaded.scene, &settings);
         let ladders = current_rungs(&loaded.scene, &settings, &report);
         Ok(Self {
             settings,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use raywright_core::RenderOutput;
-use raywright_core::film::{Film, PartError};
+use raywright_core::film::{Film, FilmMergeError};
 use raywright_io::output::{StoredFilm, read_film, write_film};
 use raywright_io::{Error, InputFiles, Limits};
 
@@ -101,18 +101,18 @@ fn merge_files(paths: &[PathBuf], limits: &Limits) -> Result<StoredFilm, Failure
             }
         });
     }
-    all.ok_or_else(|| Error::invalid_usage(PartError::Nothing).into())
+    all.ok_or_else(|| Error::invalid_usage(FilmMergeError::Nothing).into())
 }
 
-fn merge_failure(path: &Path, first: &Path, error: PartError) -> Failure {
+fn merge_failure(path: &Path, first: &Path, error: FilmMergeError) -> Failure {
     let (path, first) = (path.display(), first.display());
     match error {
-        PartError::Foreign { label, .. } => Error::invalid_input(
+        FilmMergeError::Foreign { label, .. } => Error::invalid_input(
             path,
-            format_args!("the part belongs to another picture than {first}: the {label} differs"),
+            format_args!("the part belongs to another picture than {first}: the {label} differs; name only parts of one picture"),
         )
         .into(),
-        PartError::Overlap { .. } => {
+        FilmMergeError::Overlap { .. } => {
             let error = Error::invalid_input(
                 path,
                 "the part has samples that an earlier part has too, and no sample may count twice",

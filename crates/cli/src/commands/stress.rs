@@ -99,9 +99,11 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut outputs = OutputFiles::default();
     if let Some(path) = &args.output {
         if output::PictureFormat::from_path(path)? != output::PictureFormat::Png {
-            return Err(Error::invalid_usage("marks are drawn into a PNG")
-                .with_hint("name a file that ends in .png")
-                .into());
+            return Err(
+                Error::invalid_usage("-o writes the picture with marks only as PNG")
+                    .with_hint("name a file that ends in .png")
+                    .into(),
+            );
         }
         outputs.add_output(path, "-o")?;
     }
@@ -134,7 +136,7 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     });
     progress.finish();
     let mut report = report.map_err(|error| prepare_failure(&loaded.source, error))?;
-    reading::add_findings(&mut report, &loaded);
+    reading::add_reader_findings(&mut report, &loaded);
     if let Some(path) = &args.output {
         threads.run(|| write_marked_picture(path, (args, stop), &settings, &loaded, &report))?;
         verbosity.print_result_message(path.display());

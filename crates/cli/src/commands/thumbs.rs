@@ -229,7 +229,7 @@ fn render_thumbnail(
     let settings = Settings {
         size: [size; 2],
         sampling,
-        denoise: denoise::can_denoise(sampling),
+        denoise: denoise::is_denoisable_sampling(sampling),
         camera: camera.or(own_settings.camera.clone()),
         ..own_settings
     };
@@ -253,8 +253,8 @@ fn render_thumbnail(
     };
     create_parent_folder(picture)?;
     // The exposure is automatic, because no user chooses it for each model.
-    let display =
-        Display::from_render(&loaded.scene.render).with_suitable_exposure(rendered.final_picture());
+    let display = Display::from_render(&loaded.scene.render)
+        .with_unclipped_exposure(rendered.final_picture());
     Ok(write_png(
         picture,
         rendered.final_picture(),
@@ -287,7 +287,7 @@ fn read_index(file: &Path) -> Result<ThumbnailIndex, Failure> {
             let failure = Failure::new(
                 Exit::Input,
                 format_args!(
-                    "{}: the file is no index of thumbs: {cause}",
+                    "{}: the file is no index of `raywright thumbs`: {cause}",
                     file.display()
                 ),
             );

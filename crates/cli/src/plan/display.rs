@@ -27,7 +27,7 @@ pub fn apply_display_and_exposure(
 ) -> Display {
     let display = apply_display_flags(requested, own_display);
     match requested.exposure {
-        Some(ExposureChoice::Auto) => display.with_suitable_exposure(picture),
+        Some(ExposureChoice::Auto) => display.with_unclipped_exposure(picture),
         Some(ExposureChoice::Stops(_)) | None => display,
     }
 }

@@ -42,7 +42,7 @@ fn time_left_is_in_proportion() {
 /// share.
 #[test]
 fn progress_never_runs_backwards() {
-    let progress = Progress::hidden().with_pieces(2);
+    let progress = Progress::hidden().with_work_pieces(2);
     let shares = [(1, 4), (2, 4), (2, 16), (9, 16), (10, 16)].map(|(done, total)| {
         progress.report(done, total);
         progress.share.load(Ordering::Relaxed) as f64 / SHARE_UNITS

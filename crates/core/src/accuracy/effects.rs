@@ -11,8 +11,8 @@ use super::renderer::{ClockFunction, SettingRenderer, TimedRender, UnfinishedRen
 use crate::bench::SampleQuantiles;
 use crate::bench::clock::{Stopwatch, time_on_process};
 use crate::display::Display;
-use crate::effects::{Effect, EffectSet, SWITCHABLE, detect};
-use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};
+use crate::effects::{Effect, EffectSet, SWITCHABLE_EFFECTS, assess_effects};
+use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, mean_and_quantiles};
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
@@ -111,11 +111,11 @@ impl EffectBench<'_> {
         settings: &Settings,
         listener: &mut dyn ProgressListener,
     ) -> Result<EffectCosts, PrepareError> {
-        let simulated = detect(self.scene, settings).simulated();
+        let simulated = assess_effects(self.scene, settings).simulated();
         let measured: Vec<Effect> = Effect::ALL
             .iter()
             .copied()
-            .filter(|&e| simulated.has(e) && SWITCHABLE.has(e))
+            .filter(|&e| simulated.has(e) && SWITCHABLE_EFFECTS.has(e))
             .collect();
         listener.report_step("timing a small trial render", 0.0);
         let settings = Settings {
@@ -247,17 +247,19 @@ impl EffectBench<'_> {
             .map(|(a, b)| (&a.picture, &b.picture))
             .collect();
         let display = Display::from_render(&self.scene.render);
-        let [shown, other] =
-            [&with[0].picture, &without[0].picture].map(|picture| display.to_values(picture));
+        let [shown, other] = [&with[0].picture, &without[0].picture]
+            .map(|picture| display.to_display_values(picture));
         EffectCost {
             effect: effect.name(),
             seconds_without: SampleQuantiles::from_samples(&seconds),
             ratio: SampleQuantiles::from_samples(&ratios),
             rays: with[0].rays as f64 / (without[0].rays as f64).max(1.0),
-            rmse: rms_mean_difference(&pairs),
+            rmse: rms_difference_of_mean_pictures(&pairs),
             // Both pictures have the same size, which is not zero.
-            flip: statistics(&flip(&shown, &other, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default())
-                .mean,
+            flip: mean_and_quantiles(
+                &flip(&shown, &other, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default(),
+            )
+            .mean,
         }
     }
 }
@@ -265,7 +267,7 @@ impl EffectBench<'_> {
 /// Returns the root mean square, over pixels and channels, of the mean difference between the two
 /// pictures of a pair. The variance of that mean, estimated from the spread between pairs, is
 /// subtracted.
-fn rms_mean_difference(pairs: &[(&Picture, &Picture)]) -> f64 {
+fn rms_difference_of_mean_pictures(pairs: &[(&Picture, &Picture)]) -> f64 {
     let (n, numbers) = (pairs.len() as f64, 3 * pairs[0].0.pixel_count());
     let mut square = 0.0;
     for i in 0..numbers {

@@ -5,7 +5,7 @@
 use serde::Serialize;
 
 use crate::display::Display;
-use crate::film::MeanVariance;
+use crate::film::PixelMeanAndVariance;
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, RELATIVE_FLOOR, flip};
 use crate::picture::Picture;
 
@@ -177,7 +177,11 @@ pub(super) struct TileErrors {
 
 impl ReferenceTile {
     /// Builds the tile from the mean radiance and its variance for each pixel, row by row.
-    pub fn new([width, height]: [u32; 2], means: &[MeanVariance], display: Display) -> Self {
+    pub fn new(
+        [width, height]: [u32; 2],
+        means: &[PixelMeanAndVariance],
+        display: Display,
+    ) -> Self {
         let rgb = means
             .iter()
             .map(|[mean, _]| mean.map(|m| m as f32))
@@ -199,7 +203,7 @@ impl ReferenceTile {
         };
         let doubt = variance.iter().zip(&picture.rgb).map(pixel).sum();
         Self {
-            display_picture: display.to_values(&picture),
+            display_picture: display.to_display_values(&picture),
             picture,
             variance,
             error_variance: doubt,
@@ -293,7 +297,9 @@ impl ReferenceTile {
         }
         errors.light = renders.iter().map(total_radiance).sum::<f64>() / count;
         // Both pictures have the same size, which is not zero.
-        let first = renders.first().map(|first| display.to_values(first));
+        let first = renders
+            .first()
+            .map(|first| display.to_display_values(first));
         let map = first
             .and_then(|first| flip(&first, &self.display_picture, DEFAULT_PIXELS_PER_DEGREE).ok());
         errors.flip = map.unwrap_or_default().iter().map(|&v| f64::from(v)).sum();
@@ -310,7 +316,7 @@ pub(super) fn relative_error_weight(reference: f32) -> f64 {
 
 /// Returns the relative variance of a pixel's mean radiance: variance / (mean² + 0.01), averaged
 /// over channels.
-pub(super) fn relative_variance([mean, variance]: &MeanVariance) -> f64 {
+pub(super) fn relative_variance([mean, variance]: &PixelMeanAndVariance) -> f64 {
     (0..3)
         .map(|i| variance[i] * relative_error_weight(mean[i] as f32))
         .sum()

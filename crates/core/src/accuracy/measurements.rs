@@ -1,11 +1,11 @@
 //! Measurements of each setting, tile by tile, from which the errors and times of the whole picture
 //! are estimated.
 
+mod alternating_timing;
 mod estimates;
 mod missing_tiles;
 mod rung_cost;
 pub(super) mod tile_errors;
-mod turn_timing;
 
 use std::time::Instant;
 

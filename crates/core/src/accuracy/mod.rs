@@ -27,7 +27,7 @@ use std::time::Instant;
 
 use crate::bench::clock::time_on_process;
 use crate::display::Display;
-use crate::film::{Film, PartError};
+use crate::film::{Film, FilmMergeError};
 use crate::ladder::RungChoice;
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
@@ -38,9 +38,9 @@ pub use effects::{EffectCost, EffectCosts, measure_effects};
 pub use estimate::{ConfidenceInterval, SettingErrors};
 pub use outputs::OutputFormatReport;
 pub use report::{
-    AccuracyReport, BaselineReport, FrontierSetting, LadderCostReport, LadderReport,
-    MeasuredSetting, Recommendation, Recommendations, ReferenceReport, ReportPicture, RungCost,
-    RungCostReport, RungReport, TileReport,
+    AccuracyReport, LadderCostReport, LadderReport, MeasuredBaseline, MeasuredSetting,
+    MeasuredSettingWithFlags, Recommendation, Recommendations, ReferenceReport, ReportPicture,
+    RungCost, RungCostReport, RungReport, TileReport,
 };
 pub use setting::RungSetting;
 
@@ -101,7 +101,7 @@ pub enum MeasureError {
     InsufficientTime,
     /// The reusable reference belongs to another scene, or to other settings.
     #[error(transparent)]
-    Reference(PartError),
+    Reference(FilmMergeError),
 }
 
 /// Measures the accuracy and the time of every rung (quality level) for a validated scene, on the

@@ -43,7 +43,7 @@ pub struct OutputFormatReport {
 }
 
 /// Measures every output format on tiles of a picture, each given with its inclusion probability.
-/// `pixels` is the number of pixels of the whole picture. `in_use` is the format of the scene's own
+/// `pixels` is the number of pixels of the whole picture. `current_value` is the format of the scene's own
 /// setting.
 pub(super) fn measure_output_formats(
     tiles: &[(f64, &Picture)],
@@ -143,7 +143,7 @@ impl DisplayedTiles {
     fn new(tiles: &[(f64, &Picture)], display: Display) -> Self {
         let tiles: Vec<(f64, Picture)> = tiles
             .iter()
-            .map(|(chance, picture)| (1.0 / chance, display.to_values(picture)))
+            .map(|(chance, picture)| (1.0 / chance, display.to_display_values(picture)))
             .collect();
         let pixels: f64 = tiles
             .iter()

@@ -299,7 +299,7 @@ impl<'a> SettingRenderer<'a> {
                 seconds: tracing + denoising,
                 denoising_seconds: denoising,
                 preparing_seconds: preparing,
-                is_random: ready.is_random(),
+                is_random: ready.depends_on_seed(),
                 geometry_bytes: ready.memory().geometry,
             }
         };

@@ -26,12 +26,12 @@ pub struct AccuracyReport {
     pub own: MeasuredSetting,
     /// Measurement of the scene with fewer samples per pixel, to which all changes except sample
     /// counts were applied. `None` if they were applied to the scene's own number of samples.
-    pub base: Option<BaselineReport>,
+    pub base: Option<MeasuredBaseline>,
     /// Measurements of the ladders (quality settings) that change the picture, each rung by rung
     /// (level by level).
     pub ladders: Vec<LadderReport>,
     /// Measured settings in which several rungs (quality levels) are changed.
-    pub combinations: Vec<FrontierSetting>,
+    pub combinations: Vec<MeasuredSettingWithFlags>,
     /// Time and memory of the ladders (quality settings) that do not change the picture.
     pub prices: Vec<LadderCostReport>,
     /// Error that each output format adds to the picture of the scene's own setting.
@@ -43,7 +43,7 @@ pub struct AccuracyReport {
     pub costs: Option<EffectCosts>,
     /// Settings on the Pareto front of time and error, by ascending time. Settings whose summed
     /// radiance is wrong or whose bias is large are excluded.
-    pub frontier: Vec<FrontierSetting>,
+    pub frontier: Vec<MeasuredSettingWithFlags>,
     /// Wall-clock seconds of the measurement.
     pub seconds: f64,
     /// Whether the time ran out before the planned measurements were finished.
@@ -105,7 +105,7 @@ pub struct Recommendation {
 /// Measurement of the baseline: the scene with fewer samples per pixel. All changes except sample
 /// counts are applied to the baseline, which renders faster than the scene's own setting.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct BaselineReport {
+pub struct MeasuredBaseline {
     /// Samples per pixel.
     pub samples: u32,
     /// Time and error of the scene with this number of samples per pixel.
@@ -272,14 +272,14 @@ pub struct RungCost {
 /// A [`MeasuredSetting`] with the command-line flags that select it. The report lists such settings
 /// on the Pareto front, and as combinations of several changed rungs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FrontierSetting {
+pub struct MeasuredSettingWithFlags {
     /// Command-line flags of the setting; empty for the scene's own.
     pub flags: Vec<String>,
     /// Time and error of the setting.
     pub measured: MeasuredSetting,
 }
 
-impl FrontierSetting {
+impl MeasuredSettingWithFlags {
     /// Returns the setting's changed quality levels, as `LADDER=RUNG` separated by spaces. For the
     /// scene's own setting, it is `as it is`.
     pub fn name(&self) -> String {

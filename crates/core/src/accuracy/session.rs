@@ -4,19 +4,19 @@
 
 mod cost_measurements;
 mod expected_cost;
-mod feasible;
+mod feasible_rungs;
 mod frontier_walks;
+mod measurement_plan;
 mod pareto_front;
-mod plan;
 mod planned_settings;
 mod promising_settings;
+mod recommended_timing;
 mod reference_tiles;
 mod report_rows;
 mod rung_measurements;
 mod rung_settings;
 mod stage_results;
 mod time_budget;
-mod turn_timing;
 
 use std::time::Instant;
 
@@ -30,7 +30,7 @@ use super::{AccuracyEffort, MeasureError, MeasurementStart, ProgressListener, Re
 use crate::bench::clock::Stopwatch;
 use crate::dispatch::find_collapsed_objects;
 use crate::display::Display;
-use crate::effects::{EffectSet, detect};
+use crate::effects::{EffectSet, assess_effects};
 use crate::ladder::{Ladder, RungChoice, applicable_ladders, needed_effects};
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
@@ -90,7 +90,7 @@ impl<'a> MeasurementSession<'a> {
         observer: &'a dyn Observer,
         (stopwatch, now): (Stopwatch, ClockFunction<'a>),
     ) -> Self {
-        let effects = detect(scene, settings);
+        let effects = assess_effects(scene, settings);
         let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) =
             applicable_ladders(scene, settings, &effects)
                 .filter(|&ladder| ladder != Ladder::Output)

@@ -78,7 +78,7 @@ impl TileGrid {
 
     /// Returns the sorting key of every tile, 0 to 1. Neighbouring tiles have evenly spread keys.
     /// Tiles are drawn by ascending key.
-    fn ordering_keys(&self) -> Vec<f64> {
+    fn tile_sorting_keys(&self) -> Vec<f64> {
         let start = splitmix64(self.seed) as f64 / 2_f64.powi(64);
         let place = |index: u32| {
             let (x, y) = (index % self.column_count(), index / self.column_count());
@@ -96,8 +96,8 @@ impl TileGrid {
 
     /// Returns the indices of all tiles. For every n, the first n tiles are spread evenly over the
     /// picture.
-    pub fn spread_order(&self) -> Vec<u32> {
-        let keys = self.ordering_keys();
+    pub fn evenly_spread_tile_order(&self) -> Vec<u32> {
+        let keys = self.tile_sorting_keys();
         let mut all: Vec<u32> = (0..self.tile_count() as u32).collect();
         all.sort_by(|&a, &b| keys[a as usize].total_cmp(&keys[b as usize]));
         all
@@ -106,7 +106,7 @@ impl TileGrid {
 
 /// Time and noise of a tile in the pilot pass, which renders tiles with few samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct PilotPass {
+pub(super) struct PilotTile {
     pub tile: u32,
     /// Render time in seconds summed over all threads.
     pub seconds: f64,
@@ -120,26 +120,26 @@ pub(super) struct TileSample {
     pub grid: TileGrid,
     /// Results of the pilot pass (a short render of the tiles), in the order in which the tiles are
     /// drawn.
-    pub passes: Vec<PilotPass>,
+    pub passes: Vec<PilotTile>,
     /// Probability of each tile in a draw of one tile, in the order of drawing. The sum is one.
     draw_probabilities: Vec<f64>,
 }
 
 impl TileSample {
     /// Orders the tiles of the pilot pass for drawing. They are the first tiles of
-    /// [`TileGrid::spread_order`].
-    pub fn new(grid: TileGrid, looks: &[PilotPass]) -> Self {
-        let keys = grid.ordering_keys();
-        let area = |pilot_pass: &PilotPass| grid.pixel_count_of_tile(pilot_pass.tile);
+    /// [`TileGrid::evenly_spread_tile_order`].
+    pub fn new(grid: TileGrid, looks: &[PilotTile]) -> Self {
+        let keys = grid.tile_sorting_keys();
+        let area = |pilot_pass: &PilotTile| grid.pixel_count_of_tile(pilot_pass.tile);
         let [areas, noise] = [
             looks.iter().map(area).sum::<f64>(),
             looks.iter().map(|pilot_pass| pilot_pass.noise).sum(),
         ];
         let even = if noise > 0.0 { EVEN } else { 1.0 };
-        let share = |pilot_pass: &PilotPass| {
+        let share = |pilot_pass: &PilotTile| {
             even * area(pilot_pass) / areas + (1.0 - even) * pilot_pass.noise / noise.max(1e-300)
         };
-        let mut all: Vec<(PilotPass, f64)> = looks
+        let mut all: Vec<(PilotTile, f64)> = looks
             .iter()
             .map(|pilot_pass| (*pilot_pass, share(pilot_pass)))
             .collect();

@@ -2,7 +2,7 @@
 //! wall-clock time. Elsewhere it measures wall-clock time.
 
 /// Name of the clock that [`thread_seconds`] reads, as reports show it.
-pub const CLOCK: &str = if cfg!(unix) {
+pub const CLOCK_NAME: &str = if cfg!(unix) {
     "thread CPU time"
 } else {
     "wall-clock time"

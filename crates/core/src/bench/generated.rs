@@ -15,7 +15,7 @@ use crate::hash::splitmix64;
 
 /// Total volume of the spheres of a generated scene, as a fraction of the volume of the unit cube.
 /// Overlaps count twice, and parts outside the cube are included.
-pub const FILL: f64 = 0.01;
+pub const TOTAL_SPHERE_VOLUME: f64 = 0.01;
 
 /// Kind of the primitives of a generated scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -41,9 +41,9 @@ impl GeneratedPrimitive {
     }
 }
 
-/// Returns the radius at which `count` spheres have the total volume [`FILL`].
+/// Returns the radius at which `count` spheres have the total volume [`TOTAL_SPHERE_VOLUME`].
 pub fn sphere_radius(count: u32) -> f64 {
-    libm::cbrt(FILL * 3.0 / (4.0 * PI * f64::from(count.max(1))))
+    libm::cbrt(TOTAL_SPHERE_VOLUME * 3.0 / (4.0 * PI * f64::from(count.max(1))))
 }
 
 /// Random numbers computed by a hash of a seed and two indices: the item, such as a primitive, and
@@ -55,16 +55,16 @@ pub(super) struct HashedRandom {
 
 impl HashedRandom {
     /// Returns a number in [0, 1). `lane` is the index of the number within the item.
-    pub fn unit_number(self, item: u64, lane: u64) -> f64 {
+    pub fn number_in_unit_interval(self, item: u64, lane: u64) -> f64 {
         (splitmix64(self.seed ^ splitmix64(item << 8 | lane)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// Returns a uniform point in the unit cube, from the numbers `lane` to `lane + 2` of the item.
     fn point_in_cube(self, item: u64, lane: u64) -> DVec3 {
         DVec3::new(
-            self.unit_number(item, lane),
-            self.unit_number(item, lane + 1),
-            self.unit_number(item, lane + 2),
+            self.number_in_unit_interval(item, lane),
+            self.number_in_unit_interval(item, lane + 1),
+            self.number_in_unit_interval(item, lane + 2),
         )
     }
 
@@ -72,8 +72,8 @@ impl HashedRandom {
     /// item (Archimedes' projection).
     pub fn unit_direction(self, item: u64, lane: u64) -> DVec3 {
         let (z, angle) = (
-            2.0 * self.unit_number(item, lane) - 1.0,
-            TAU * self.unit_number(item, lane + 1),
+            2.0 * self.number_in_unit_interval(item, lane) - 1.0,
+            TAU * self.number_in_unit_interval(item, lane + 1),
         );
         let radius = (1.0 - z * z).max(0.0).sqrt();
         DVec3::new(radius * libm::cos(angle), radius * libm::sin(angle), z)
@@ -167,7 +167,10 @@ mod tests {
     fn fill_does_not_depend_on_the_count() {
         for count in [1, 10, 1_000_000] {
             let volume = f64::from(count) * 4.0 / 3.0 * PI * sphere_radius(count).powi(3);
-            assert!((volume - FILL).abs() < 1e-12, "{count}: {volume}");
+            assert!(
+                (volume - TOTAL_SPHERE_VOLUME).abs() < 1e-12,
+                "{count}: {volume}"
+            );
         }
         let bounds = Geometry::<f32>::new(
             generate_primitives(GeneratedPrimitive::Triangles, 1, 3).unwrap(),

@@ -126,7 +126,7 @@ pub(super) fn measure_scan_and_tree(
     method: &BenchMethod,
 ) -> Result<ScanTreeTiming, HitMismatch> {
     let tree = &contest.tree;
-    let tree_sample = RaySample::with_fitting_size(tree.geometry, rays, method);
+    let tree_sample = RaySample::from_intended_duration(tree.geometry, rays, method);
     let mut scan = ScanTimer::new(&contest.scan, rays, method);
     scan.compare_hits(tree.geometry)?;
     let mut of_tree = Vec::new();
@@ -165,7 +165,7 @@ impl<'a> ScanTimer<'a> {
         method: &BenchMethod,
     ) -> Self {
         let longest = PATIENCE * method.options.sample_seconds;
-        let sample = Some(RaySample::with_fitting_size(
+        let sample = Some(RaySample::from_intended_duration(
             contestant.geometry,
             rays,
             method,
@@ -250,7 +250,7 @@ struct RaySample<'a> {
 impl<'a> RaySample<'a> {
     /// Returns a sample that takes about the intended time. Trial runs determine its size; they
     /// also warm up caches and branch predictors.
-    fn with_fitting_size(
+    fn from_intended_duration(
         geometry: &Geometry<f32>,
         rays: &'a [Ray<f32>],
         method: &BenchMethod,

@@ -19,7 +19,9 @@ use crate::prepare::PrepareError;
 use measure::{BenchMethod, BenchedGeometry, ScanTreePair, measure_scan_and_tree, time_builds};
 
 pub use comparison::{SceneComparison, compare_scene};
-pub use generated::{FILL, GeneratedPrimitive, generate_primitives, generate_rays, sphere_radius};
+pub use generated::{
+    GeneratedPrimitive, TOTAL_SPHERE_VOLUME, generate_primitives, generate_rays, sphere_radius,
+};
 pub use measure::{BenchOptions, HitMismatch, QueryCost, ScanTreeTiming};
 pub use statistics::{Crossover, PowerLaw, SampleQuantiles};
 

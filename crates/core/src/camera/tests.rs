@@ -182,13 +182,13 @@ fn near_cameras_start_at_the_eye() {
     let camera = PreparedCamera::<f32>::for_scene_bounds(&data, SIZE, &bounds);
     assert_eq!(
         (
-            camera.skipped_distance(),
+            camera.eye_to_origin_distance(),
             camera.generate_ray(40.0, 30.0, [0.5; 2]).origin.to_array()
         ),
         (0.0, [1.0, 2.0, 300.0])
     );
     assert_eq!(
-        PreparedCamera::<f32>::for_scene_bounds(&data, SIZE, &Aabb::EMPTY).skipped_distance(),
+        PreparedCamera::<f32>::for_scene_bounds(&data, SIZE, &Aabb::EMPTY).eye_to_origin_distance(),
         0.0,
         "nothing to be far from"
     );
@@ -198,7 +198,7 @@ fn near_cameras_start_at_the_eye() {
         &Aabb::from_centre(DVec3::ZERO, DVec3::splat(0.25)),
     );
     assert!(
-        small.skipped_distance() > 298.0,
+        small.eye_to_origin_distance() > 298.0,
         "far for a scene of that size"
     );
 }
@@ -233,7 +233,7 @@ fn a_wide_lens_starts_before_the_scene() {
         };
         let camera = PreparedCamera::<f32>::for_scene_bounds(&data, SIZE, &bounds);
         assert_eq!(
-            camera.skipped_distance() > 0.0,
+            camera.eye_to_origin_distance() > 0.0,
             aperture_radius < 2.0,
             "far by what scene and lens measure together: {aperture_radius}"
         );

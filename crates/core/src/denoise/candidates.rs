@@ -12,7 +12,7 @@ use super::plane::{
     ColourPlanes, PixelPlane, Window, black_planes, brightest_channel, mean_colour,
     smooth_variance, variance_of_mean,
 };
-use super::{PixelCandidates, REPLICATE_COUNT, ReplicateQuad, TILE};
+use super::{FourReplicates, PixelCandidates, REPLICATE_COUNT, TILE};
 use crate::observer::Observer;
 
 /// Offset added to the albedo before reflected light is divided by it, because surfaces with a
@@ -66,7 +66,7 @@ struct WindowReplicates {
 
 impl WindowReplicates {
     /// Reads the planes of a window from the film's four replicates.
-    fn from_replicates(four: &ReplicateQuad<'_>, window: Window, width: usize) -> Self {
+    fn from_replicates(four: &FourReplicates<'_>, window: Window, width: usize) -> Self {
         let all = || -> [ColourPlanes; REPLICATE_COUNT] {
             from_fn(|_| black_planes([window.width, window.height]))
         };
@@ -80,7 +80,7 @@ impl WindowReplicates {
             distance: (depth.clone(), depth.clone()),
             noise,
         };
-        for i in 0..window.pixels() {
+        for i in 0..window.pixel_count() {
             let pixel = (window.y + i / window.width) * width + window.x + i % window.width;
             let (radiance, emission, [albedo, normal]) = (
                 four.radiance(pixel),
@@ -136,8 +136,8 @@ impl WindowReplicates {
 
 /// Computes the candidates of a band of rows, tile by tile. `top` is the band's first row in the
 /// picture.
-pub(super) fn filter_rows_in_tiles(
-    four: &ReplicateQuad<'_>,
+pub(super) fn compute_candidates_of_rows(
+    four: &FourReplicates<'_>,
     size: [usize; 2],
     top: usize,
     pixels: &mut [PixelCandidates],
@@ -158,12 +158,12 @@ pub(super) fn filter_rows_in_tiles(
         };
         let window = core.grow(MARGIN, size);
         let tile = WindowReplicates::from_replicates(four, window, width);
-        let mut out = vec![PixelCandidates::default(); core.pixels()];
+        let mut out = vec![PixelCandidates::default(); core.pixel_count()];
         if tile.has_no_reflected_light() && !tile.has_noisy_emission() {
             tile.copy_emission(core.relative_to(window), &mut out);
         } else {
             for [filtered, by] in [[[0, 1], [2, 3]], [[2, 3], [0, 1]]] {
-                tile.cross_filter(
+                tile.filter_pair_by_opposite_pair(
                     (filtered, by),
                     (core, window, size),
                     &mut workspace,
@@ -180,7 +180,7 @@ pub(super) fn filter_rows_in_tiles(
 impl WindowReplicates {
     /// Filters two replicates, with indices `filtered`, by weights computed from the two replicates
     /// `by`. Adds the changes to the candidates `out` of the tile `core`.
-    fn cross_filter(
+    fn filter_pair_by_opposite_pair(
         &self,
         (filtered, by): ([usize; 2], [usize; 2]),
         (core, window, size): (Window, Window, [usize; 2]),

@@ -13,7 +13,7 @@
 //! of the difference between this average and the relative error by the picture's colour counts as
 //! a further standard error, which does not shrink in larger pictures.
 //!
-//! A doubt about the noisy picture's error (`Doubt`) applies to the denoised picture too, because
+//! A doubt about the noisy picture's error (`EstimateDoubt`) applies to the denoised picture too, because
 //! light that no sample found is missing in both. The estimate is also doubtful if light is rare in
 //! the noisy picture: two weightings of its relative error differ widely, even if other pixels
 //! confirm the light.
@@ -22,10 +22,10 @@ use core::array::from_fn;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::mixture::{FLOOR, replicate_statistics};
+use super::candidate_mixture::{FLOOR, replicate_statistics};
 use super::plane::PixelPlane;
 use super::{DenoiseOutput, PixelCandidates, REPLICATE_COUNT};
-use crate::film::{BRIGHTEST, Doubt, ErrorEstimate, Film, ReplicateQuad, Uncertainty};
+use crate::film::{BRIGHTEST, ErrorEstimate, EstimateDoubt, Film, FourReplicates, Uncertainty};
 use crate::metrics::student_factor_95;
 use crate::picture::Picture;
 
@@ -175,7 +175,7 @@ impl BlockErrorSums {
 /// Writes the denoised pixels into the picture and returns the picture with its error estimate.
 pub(super) fn estimate_error(
     film: &Film,
-    four: &ReplicateQuad<'_>,
+    four: &FourReplicates<'_>,
     mut picture: Picture,
     pixels: &[PixelCandidates],
 ) -> DenoiseOutput {
@@ -225,11 +225,13 @@ pub(super) fn estimate_error(
     // missing in all replicates. The replicates agree in both cases, so their differences do not
     // show the error.
     let (noisy, is_rare) = film.estimate_uncertainty_and_rarity().unzip();
-    let rare = is_rare.is_some_and(|is| is).then_some(Doubt::FewPixels);
+    let rare = is_rare
+        .is_some_and(|is| is)
+        .then_some(EstimateDoubt::FewPixels);
     let doubt = noisy
         .and_then(|noisy| noisy.doubt)
         .or(rare)
-        .or(is_unknown.then_some(Doubt::WideInterval));
+        .or(is_unknown.then_some(EstimateDoubt::WideInterval));
     let (rmse, root_relmse) = (absolute.rms_interval(0.0), relative.rms_interval(off));
     let error = Uncertainty {
         rmse,
@@ -362,7 +364,7 @@ mod tests {
             ..PixelCandidates::default()
         };
         (pixel.changes[1], pixel.error_terms[0]) = ([0.5; 3], [0.01; 3]);
-        let four = film.replicate_quad().expect("all that is read");
+        let four = film.merge_into_four_replicates().expect("all that is read");
         let found_estimate = estimate_error(&film, &four, film.mean_colours(), &[pixel; 32 * 16])
             .error
             .root_relmse;
@@ -463,14 +465,18 @@ mod tests {
                 pixel.error_terms[0] =
                     [0.01 * (f32::from(u8::from(index % 32 / 8 % 2 == 1)) - below); 3];
             }
-            let four = film.replicate_quad().expect("all that is read");
+            let four = film.merge_into_four_replicates().expect("all that is read");
             estimate_error(&film, &four, film.mean_colours(), &pixels)
                 .error
                 .doubt
         };
         for below in [0.0, 0.5] {
             let [much, little] = [0.25, 0.05].map(|noise| doubt(noise, below));
-            assert_eq!((much, little), (None, Some(Doubt::WideInterval)), "{below}");
+            assert_eq!(
+                (much, little),
+                (None, Some(EstimateDoubt::WideInterval)),
+                "{below}"
+            );
         }
     }
 }

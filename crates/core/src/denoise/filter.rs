@@ -119,14 +119,14 @@ pub(super) fn filter_non_local_means(
             offsets,
             workspace,
         });
-        out.write_means(block, &workspace.sums);
+        out.write_weighted_means(block, &workspace.sums);
     }
     out
 }
 
 impl FilterOutput {
     /// Writes the weighted means of a window: its weighted sums divided by its sums of weights.
-    fn write_means(&mut self, place: Window, sums: &[WeightedSums]) {
+    fn write_weighted_means(&mut self, place: Window, sums: &[WeightedSums]) {
         let width = self.own_weights.width;
         for (y, sums) in sums[..place.height].iter().enumerate() {
             let position = (place.y + y) * width + place.x;

@@ -10,7 +10,7 @@
 //!   for noise.
 //! - Emission of lamps and sky that the camera sees directly is filtered separately if it is noisy.
 //! - The share of the filtered colour in a pixel is computed from the pixel's surroundings, without
-//!   the pixel itself (`mixture`).
+//!   the pixel itself (`candidate_mixture`).
 //!
 //! The denoised picture is D = ¼ Σ Pᵢ, where Pᵢ is the filtered replicate i. Pᵢ is independent of
 //! xᵢ′, the partner of replicate i. Let s² be the sample variance of the four replicates. Then mean
@@ -22,13 +22,13 @@
 //! The bits of the result depend on the film alone: tiles have a fixed size, and sums are added row
 //! by row. Pixels at the edge of a crop have fewer neighbours than in the whole picture.
 
+mod candidate_mixture;
 mod candidates;
 mod error_estimate;
 mod features;
 mod filter;
 mod filter_rows;
 mod guide;
-mod mixture;
 mod plane;
 pub(crate) mod requirements;
 mod row_kernels;
@@ -40,12 +40,12 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
-use crate::film::{ErrorEstimate, Film, ReplicateQuad, ReplicateQuadError, Uncertainty};
+use crate::film::{ErrorEstimate, Film, FourReplicates, FourReplicatesError, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::{Picture, PictureLayer};
 use crate::settings::Aov;
 use requirements::{CANDIDATES, PixelCandidates, REPLICATE_COUNT};
-pub use requirements::{FEWEST_SAMPLES, LAYERS, can_denoise};
+pub use requirements::{FEWEST_SAMPLES, REQUIRED_LAYERS, is_denoisable_sampling};
 
 /// Width and height in pixels of the tiles that are filtered as units.
 const TILE: [usize; 2] = [128, 64];
@@ -54,33 +54,35 @@ const TILE: [usize; 2] = [128, 64];
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DenoiseError {
     /// The picture has no random samples, and so no noise.
-    #[error("the picture was rendered without random samples, so it has no noise to remove")]
+    #[error(
+        "the picture was rendered without random samples, so it has no noise to remove; use the picture as it is"
+    )]
     NoChance,
     /// The film lacks a layer that the denoiser needs.
     #[error(
-        "the film has no layer `{0}`, by which the denoiser distinguishes noise from detail; render it with --denoise"
+        "the film has no layer `{0}`; the denoiser needs this layer to distinguish noise from detail: render the film with --denoise"
     )]
     Layer(&'static str),
     /// Some pixels have fewer than four replicates.
     #[error(
-        "some pixels have fewer than four replicates, by which the denoiser distinguishes noise from detail; render with --denoise and 8 samples per pixel or more"
+        "some pixels have fewer than four replicates (independent groups of samples); the denoiser compares four replicates to distinguish noise from detail: render with --denoise and at least 8 samples per pixel"
     )]
     Replicates,
     /// The observer cancelled denoising.
-    #[error("denoising was interrupted")]
+    #[error("denoising was interrupted, so the picture is not denoised; run the command again")]
     Cancelled,
 }
 
-impl From<ReplicateQuadError> for DenoiseError {
-    fn from(missing: ReplicateQuadError) -> Self {
+impl From<FourReplicatesError> for DenoiseError {
+    fn from(missing: FourReplicatesError) -> Self {
         match missing {
-            ReplicateQuadError::Layer(aov) => Self::Layer(
+            FourReplicatesError::Layer(aov) => Self::Layer(
                 Aov::ALL
                     .iter()
                     .find(|(_, known)| *known == aov)
                     .map_or("", |(name, _)| name),
             ),
-            ReplicateQuadError::Replicates => Self::Replicates,
+            FourReplicatesError::Replicates => Self::Replicates,
         }
     }
 }
@@ -115,7 +117,7 @@ impl DenoiseOutput {
 
     /// Returns the denoised colour and its standard errors, as layers for a picture of the same
     /// size.
-    pub fn layers(&self) -> Vec<PictureLayer> {
+    pub fn to_picture_layers(&self) -> Vec<PictureLayer> {
         const NAMES: [[&str; 3]; 2] = [
             ["denoised.R", "denoised.G", "denoised.B"],
             [
@@ -144,7 +146,7 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<DenoiseOutput, De
     if !film.plan().random {
         return Err(DenoiseError::NoChance);
     }
-    let four = film.replicate_quad()?;
+    let four = film.merge_into_four_replicates()?;
     let [width, height] = film.size().map(|edge| edge as usize);
     let mut pixels = vec![PixelCandidates::default(); width * height];
     let (bands, done) = (
@@ -153,7 +155,13 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<DenoiseOutput, De
     );
     bands.for_each(|(band, pixels)| {
         let count = pixels.len() as u64;
-        candidates::filter_rows_in_tiles(&four, [width, height], band * TILE[1], pixels, observer);
+        candidates::compute_candidates_of_rows(
+            &four,
+            [width, height],
+            band * TILE[1],
+            pixels,
+            observer,
+        );
         observer.progress(
             done.fetch_add(count, Ordering::Relaxed) + count,
             (width * height) as u64,
@@ -162,7 +170,7 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<DenoiseOutput, De
     if observer.is_cancelled() {
         return Err(DenoiseError::Cancelled);
     }
-    mixture::mix_candidates(&four, [width, height], &mut pixels);
+    candidate_mixture::mix_candidates(&four, [width, height], &mut pixels);
     let mut denoised = error_estimate::estimate_error(film, &four, film.mean_colours(), &pixels);
     film.subtract_backdrop(&mut denoised.picture);
     Ok(denoised)

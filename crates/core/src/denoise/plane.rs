@@ -35,7 +35,7 @@ impl Window {
         }
     }
 
-    pub fn pixels(self) -> usize {
+    pub fn pixel_count(self) -> usize {
         self.width * self.height
     }
 }

@@ -14,12 +14,12 @@ pub const FEWEST_SAMPLES: u32 = 8;
 
 /// Whether a sampling permits denoising: it must be random and have enough samples. In a fixed
 /// pattern, samples differ by their positions, not by noise.
-pub fn can_denoise(sampling: Sampling) -> bool {
+pub fn is_denoisable_sampling(sampling: Sampling) -> bool {
     !sampling.is_fixed() && sampling.samples_per_pixel() >= FEWEST_SAMPLES
 }
 
 /// Layers that a render must store in its film, so that the film can be denoised.
-pub const LAYERS: [Aov; 4] = [Aov::Albedo, Aov::Normal, Aov::Emission, Aov::Depth];
+pub const REQUIRED_LAYERS: [Aov; 4] = [Aov::Albedo, Aov::Normal, Aov::Emission, Aov::Depth];
 
 /// Bytes per pixel that denoising needs besides the film, its result included. Each thread needs
 /// some megabytes more.

@@ -148,9 +148,9 @@ fn fireflies_do_not_confirm_themselves() {
             0.5 + 0.05 * noise(15, pixel, replicate, 0)
         })
     });
-    let four = film.replicate_quad().expect("all that is read");
+    let four = film.merge_into_four_replicates().expect("all that is read");
     let mut pixels = vec![PixelCandidates::default(); 40 * 32];
-    candidates::filter_rows_in_tiles(&four, [40, 32], 0, &mut pixels, &());
+    candidates::compute_candidates_of_rows(&four, [40, 32], 0, &mut pixels, &());
     let taken = pixels[position].changes[2][1];
     assert!((-50.0..-49.0).contains(&taken), "{taken}");
     assert!(
@@ -172,9 +172,9 @@ fn a_pixel_has_no_part_in_its_own_base() {
             2 | 3 => grey(0.5 + 0.02 * noise(16, pixel, replicate, 0)),
             _ => grey(0.5),
         });
-        let four = film.replicate_quad().expect("all that is read");
+        let four = film.merge_into_four_replicates().expect("all that is read");
         let mut pixels = vec![PixelCandidates::default(); 40 * 32];
-        candidates::filter_rows_in_tiles(&four, [40, 32], 0, &mut pixels, &());
+        candidates::compute_candidates_of_rows(&four, [40, 32], 0, &mut pixels, &());
         [
             pixels[position].base_colour[0],
             pixels[position + 1].base_colour[0],
@@ -231,10 +231,10 @@ fn claims_are_right_on_average() {
                 });
                 replicate_sample
             });
-            let four = film.replicate_quad().expect("all that is read");
+            let four = film.merge_into_four_replicates().expect("all that is read");
             let mut pixels = vec![PixelCandidates::default(); 48 * 32];
-            candidates::filter_rows_in_tiles(&four, [48, 32], 0, &mut pixels, &());
-            mixture::mix_candidates(&four, [48, 32], &mut pixels);
+            candidates::compute_candidates_of_rows(&four, [48, 32], 0, &mut pixels, &());
+            candidate_mixture::mix_candidates(&four, [48, 32], &mut pixels);
             let claimed = pixels
                 .iter()
                 .flat_map(|pixel| pixel.error_terms[0])
@@ -276,7 +276,8 @@ fn relative_error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
     let square = |(pixel, rgb): (usize, &[f32; 3])| {
         rgb.iter()
             .map(|&c| {
-                (f64::from(c) - truth(pixel)).powi(2) / (truth(pixel).powi(2) + mixture::FLOOR)
+                (f64::from(c) - truth(pixel)).powi(2)
+                    / (truth(pixel).powi(2) + candidate_mixture::FLOOR)
             })
             .sum::<f64>()
     };
@@ -354,9 +355,9 @@ fn what_is_unlit_is_left_as_it_is() {
                 albedo: [0.0; 3],
             }
         });
-        let four = film.replicate_quad().expect("all that is read");
+        let four = film.merge_into_four_replicates().expect("all that is read");
         let mut pixels = vec![PixelCandidates::default(); 40 * 32];
-        candidates::filter_rows_in_tiles(&four, [40, 32], 0, &mut pixels, &());
+        candidates::compute_candidates_of_rows(&four, [40, 32], 0, &mut pixels, &());
         for (position, pixel) in pixels.iter().enumerate().skip(12 * 40) {
             assert_eq!(
                 pixel.base_colour,
@@ -416,7 +417,7 @@ fn odd_pictures_make_no_odd_numbers() {
     let found_denoised = denoised(&film_of([1, 1], noisy));
     assert_eq!(
         found_denoised.error.doubt,
-        Some(crate::film::Doubt::WideInterval),
+        Some(crate::film::EstimateDoubt::WideInterval),
         "one pixel has no blocks"
     );
     let odd = |pixel: usize, replicate: usize| match pixel {
@@ -538,9 +539,9 @@ fn tiles_leave_no_seams() {
             let (x, y) = (pixel % 200 + shift, pixel / 200);
             grey(0.3 + 0.1 * noise(9, y * 1000 + x, replicate, 0))
         });
-        let four = film.replicate_quad().expect("all that is read");
+        let four = film.merge_into_four_replicates().expect("all that is read");
         let mut pixels = vec![PixelCandidates::default(); 200 * 40];
-        candidates::filter_rows_in_tiles(&four, [200, 40], 0, &mut pixels, &());
+        candidates::compute_candidates_of_rows(&four, [200, 40], 0, &mut pixels, &());
         pixels
     };
     let (one, other) = (value_of(0), value_of(45));
@@ -556,7 +557,7 @@ fn tiles_leave_no_seams() {
 /// error, however small the estimate is; without doubt it does, by the upper end of the interval.
 #[test]
 fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
-    use crate::film::Doubt;
+    use crate::film::EstimateDoubt;
     let value_of = |rare: bool| {
         film_of([48, 32], |pixel, replicate| {
             let is_lit = rare && pixel % 97 == 5 && replicate == pixel % 4;
@@ -567,7 +568,7 @@ fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
             })
         })
     };
-    for (rare, doubt) in [(false, None), (true, Some(Doubt::FewPixels))] {
+    for (rare, doubt) in [(false, None), (true, Some(EstimateDoubt::FewPixels))] {
         let film = value_of(rare);
         let (found_denoised, noisy) = (
             denoised(&film),
@@ -592,7 +593,7 @@ fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
 /// pixel was lit in one replicate or in two.
 #[test]
 fn rare_light_that_is_vouched_for_is_not_known_denoised() {
-    use crate::film::Doubt;
+    use crate::film::EstimateDoubt;
     let film = film_of([48, 32], |pixel, replicate| {
         let is_lit = replicate == pixel % 4 || (pixel / 4 % 2 == 0 && replicate == (pixel + 1) % 4);
         grey(if is_lit { 40.0 } else { 0.0 })
@@ -603,7 +604,7 @@ fn rare_light_that_is_vouched_for_is_not_known_denoised() {
     );
     assert_eq!(
         [noisy.doubt, found_denoised.error.doubt],
-        [None, Some(Doubt::FewPixels)]
+        [None, Some(EstimateDoubt::FewPixels)]
     );
 }
 

@@ -5,18 +5,18 @@ use super::{PreparedInPrecision, ReadyScene};
 use crate::effects::EffectReport;
 use crate::film::Film;
 use crate::memory::MemoryUse;
-use crate::prepare::{LightLeak, TableCounts, UnreachedLight, UnresolvedGap};
+use crate::prepare::{LightLeak, TableSizes, UnreachedLight, UnresolvedGap};
 use crate::settings::Settings;
 
 impl ReadyScene {
     /// Returns the radiance of the studio's backdrop; `None` if camera rays do not see a backdrop.
-    pub fn backdrop_radiance(&self) -> Option<f64> {
+    pub fn studio_backdrop_radiance(&self) -> Option<f64> {
         each!(&self.prepared, prepared => prepared.studio_backdrop)
     }
 
     /// Whether the picture depends on the seed. It does with path tracing, and with samples at
     /// random positions in pixels, on a lens or on area lights.
-    pub fn is_random(&self) -> bool {
+    pub fn depends_on_seed(&self) -> bool {
         let drawn =
             each!(&self.prepared, p => p.camera.has_lens() || !p.lights.emitters.is_empty());
         drawn || self.is_path_traced() || !self.settings.sampling.is_fixed()
@@ -37,7 +37,7 @@ impl ReadyScene {
 
     /// Returns the pairs of objects between which the chosen precision closes a gap. Only gaps are
     /// found that straight rays through the picture's pixels cross.
-    pub fn find_closed_gaps(&self) -> Vec<UnresolvedGap> {
+    pub fn find_unresolved_gaps(&self) -> Vec<UnresolvedGap> {
         each!(&self.prepared, p => p.find_unresolved_gaps(self.settings.size))
     }
 
@@ -58,7 +58,7 @@ impl ReadyScene {
 
     /// Returns the sizes of the tables that effects need. The table of an absent effect has size
     /// zero.
-    pub fn table_sizes(&self) -> TableCounts {
+    pub fn table_sizes(&self) -> TableSizes {
         each!(&self.prepared, p => p.table_counts())
     }
 

@@ -10,7 +10,7 @@ use crate::settings::{PrecisionChoice, Settings};
 /// estimate of the total, of which meshes and images are already in memory. Added are temporary
 /// lists for building a tree, about as large as the tree, and a reordered copy of the picture for
 /// writing a file.
-pub(super) fn remaining_allocations(needed: &MemoryUse, scene: &Scene) -> u64 {
+pub(super) fn bytes_still_to_allocate(needed: &MemoryUse, scene: &Scene) -> u64 {
     let images = scene
         .images
         .iter()

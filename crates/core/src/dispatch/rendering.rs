@@ -6,7 +6,7 @@ use raywright_bvh::Real;
 
 use super::{PreparedInPrecision, ReadyScene};
 use crate::camera::PreparedCamera;
-use crate::film::{ErrorProgress, Film, FilmPart, FilmPlan, PartError};
+use crate::film::{ErrorProgress, Film, FilmMergeError, FilmPart, FilmPlan};
 use crate::integrator::{PathTracer, WhittedTracer};
 use crate::observer::Observer;
 use crate::prepare::PreparedScene;
@@ -97,7 +97,7 @@ impl ReadyScene {
         let mut film = Film::new(
             "",
             settings,
-            FilmPlan::new(settings, self.is_random(), self.has_ground()),
+            FilmPlan::new(settings, self.depends_on_seed(), self.has_ground()),
         );
         let part = film.full_part();
         each!(&self.prepared, prepared => self.render_with_integrator((prepared, &prepared.camera), settings, (&mut film, &part), observer));
@@ -143,11 +143,11 @@ impl ReadyScene {
         let mut film = Film::new(
             "",
             &settings,
-            FilmPlan::new(&settings, self.is_random(), self.has_ground()),
+            FilmPlan::new(&settings, self.depends_on_seed(), self.has_ground()),
         );
         let part = film.full_part();
         each!(&self.prepared, prepared => {
-            let camera = prepared.camera.with_larger_pixels(edge);
+            let camera = prepared.camera.with_preview_pixels(edge);
             self.render_with_integrator((prepared, &camera), &settings, (&mut film, &part), observer);
         });
         RenderOutput::from_film_without_denoising(&film)
@@ -165,15 +165,15 @@ impl ReadyScene {
     /// there.
     ///
     /// # Errors
-    /// [`PartError::Foreign`] if the film belongs to another picture.
+    /// [`FilmMergeError::Foreign`] if the film belongs to another picture.
     pub fn render_part(
         &self,
         film: &mut Film,
         part: &FilmPart,
         observer: &dyn Observer,
-    ) -> Result<(), PartError> {
+    ) -> Result<(), FilmMergeError> {
         if let Some(label) = self.new_film(film.scene()).find_difference(film) {
-            return Err(PartError::Foreign { part: 0, label });
+            return Err(FilmMergeError::Foreign { part: 0, label });
         }
         self.render_rounds(film, part, observer);
         Ok(())
@@ -219,7 +219,7 @@ impl ReadyScene {
 
     /// Returns the plan of a film: the division of the picture into tiles and replicates.
     pub(super) fn film_plan(&self) -> FilmPlan {
-        FilmPlan::new(&self.settings, self.is_random(), self.has_ground())
+        FilmPlan::new(&self.settings, self.depends_on_seed(), self.has_ground())
     }
 
     /// Whether the studio's ground shows shadows.

@@ -27,7 +27,7 @@ impl CodeTable {
     /// Builds the table of a transfer curve, by some thousand evaluations of the curve and its
     /// inverse.
     pub fn new(curve: TransferCurve) -> Self {
-        let code = |bits: u32| code_by_definition(curve, f32::from_bits(bits));
+        let code = |bits: u32| code_by_transfer_curve(curve, f32::from_bits(bits));
         let one = 1.0_f32.to_bits();
         let mut next = [f32::INFINITY; 256];
         for (k, slot) in next.iter_mut().enumerate().take(255) {
@@ -74,7 +74,7 @@ impl CodeTable {
 
 /// Returns the 8-bit code of a display-linear value, computed by the transfer curve itself. The
 /// table must give the same code.
-fn code_by_definition(curve: TransferCurve, value: f32) -> u8 {
+fn code_by_transfer_curve(curve: TransferCurve, value: f32) -> u8 {
     quantise_8_bit(encode_transfer(curve, f64::from(value)))
 }
 
@@ -97,12 +97,12 @@ mod tests {
             for code in 0..255_u8 {
                 let boundary = table.next[usize::from(code)].to_bits();
                 assert_eq!(
-                    code_by_definition(curve, f32::from_bits(boundary - 1)),
+                    code_by_transfer_curve(curve, f32::from_bits(boundary - 1)),
                     code,
                     "{curve:?} below {boundary:#x}"
                 );
                 assert_eq!(
-                    code_by_definition(curve, f32::from_bits(boundary)),
+                    code_by_transfer_curve(curve, f32::from_bits(boundary)),
                     code + 1,
                     "{curve:?} at {boundary:#x}"
                 );
@@ -110,7 +110,7 @@ mod tests {
                     let value = f32::from_bits(bits);
                     assert_eq!(
                         table.code(value),
-                        code_by_definition(curve, value),
+                        code_by_transfer_curve(curve, value),
                         "{curve:?} {bits:#x}"
                     );
                 }
@@ -133,7 +133,7 @@ mod tests {
                 let value = f32::from_bits(bits);
                 assert_eq!(
                     table.code(value),
-                    code_by_definition(curve, value),
+                    code_by_transfer_curve(curve, value),
                     "{curve:?} {bits:#x}"
                 );
             }

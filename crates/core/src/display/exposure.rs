@@ -28,7 +28,7 @@ const STOPS: i32 = 12;
 impl Display {
     /// Returns the fractions of clipped and of black pixels, estimated from at most 16,384 pixels.
     /// Pixels without coverage are ignored.
-    pub fn clipping(self, picture: &Picture) -> Clipping {
+    pub fn estimate_clipping(self, picture: &Picture) -> Clipping {
         self.clipping_of_colours(&sample_colours(picture))
     }
 
@@ -38,7 +38,7 @@ impl Display {
     /// - Otherwise, more than [`MOST_CLIPPED`] of the pixels are black though they have radiance:
     ///   the exposure is increased in the same manner.
     /// - Neither is so, or twelve stops do not suffice: `None`.
-    pub fn suitable_exposure(self, picture: &Picture) -> Option<f64> {
+    pub fn find_unclipped_exposure(self, picture: &Picture) -> Option<f64> {
         let colours = sample_colours(picture);
         let share = |stops: f64| {
             Self {
@@ -59,18 +59,18 @@ impl Display {
     }
 
     /// Returns the display settings with a better exposure for the picture
-    /// ([`Display::suitable_exposure`]). Without a better exposure, the settings are unchanged.
-    pub fn with_suitable_exposure(self, picture: &Picture) -> Self {
+    /// ([`Display::find_unclipped_exposure`]). Without a better exposure, the settings are unchanged.
+    pub fn with_unclipped_exposure(self, picture: &Picture) -> Self {
         Self {
             exposure_stops: self
-                .suitable_exposure(picture)
+                .find_unclipped_exposure(picture)
                 .unwrap_or(self.exposure_stops),
             ..self
         }
     }
 
     fn clipping_of_colours(self, colours: &[[f32; 3]]) -> Clipping {
-        let map = self.prepare();
+        let map = self.build_map();
         let (mut clipped, mut black) = (0, 0);
         for &colour in colours {
             let codes = map.codes(colour);
@@ -126,7 +126,8 @@ mod tests {
     #[test]
     fn exposures_undo_what_is_too_much() {
         let display = Display::PLAIN;
-        let at = |level: f32| display.suitable_exposure(&picture(vec![[level; 3]; 100], None));
+        let at =
+            |level: f32| display.find_unclipped_exposure(&picture(vec![[level; 3]; 100], None));
         assert_eq!(at(0.5), None);
         assert_eq!(at(3.9), Some(-2.0));
         assert_eq!(at(1e-4), Some(1.0));
@@ -135,15 +136,18 @@ mod tests {
                 exposure_stops: 2.0,
                 ..display
             }
-            .suitable_exposure(&picture(vec![[1.5; 3]; 9], None)),
+            .find_unclipped_exposure(&picture(vec![[1.5; 3]; 9], None)),
             Some(-1.0)
         );
         assert_eq!(at(f32::INFINITY), None);
         assert_eq!(at(0.0), None);
         // Pixels without light are no loss.
-        let unlit = display.clipping(&picture(vec![[0.0; 3], [0.5; 3]], None));
+        let unlit = display.estimate_clipping(&picture(vec![[0.0; 3], [0.5; 3]], None));
         assert_eq!((unlit.black, unlit.clipped), (0.0, 0.0));
-        assert_eq!(display.suitable_exposure(&picture(Vec::new(), None)), None);
+        assert_eq!(
+            display.find_unclipped_exposure(&picture(Vec::new(), None)),
+            None
+        );
     }
 
     /// Protects: a tone map that approaches white without reaching it counts as clipping, too;
@@ -157,7 +161,7 @@ mod tests {
                     tone_map,
                     ..Display::PLAIN
                 }
-                .clipping(&picture(vec![[level; 3]; 9], None))
+                .estimate_clipping(&picture(vec![[level; 3]; 9], None))
                 .clipped
             };
             assert_eq!([share(0.8), share(100.0)], [0.0, 1.0], "{tone_map:?}");
@@ -169,7 +173,7 @@ mod tests {
                 tone_map: ToneMap::KhronosNeutral,
                 ..Display::PLAIN
             }
-            .clipping(&tinted)
+            .estimate_clipping(&tinted)
             .clipped,
             1.0
         );
@@ -182,7 +186,7 @@ mod tests {
         let rgb = vec![[0.0; 3], [0.0; 3], [0.4; 3], [0.9; 3]];
         let picture = picture(rgb, Some(vec![0.0, 0.0, 0.2, 1.0]));
         assert_eq!(
-            Display::PLAIN.clipping(&picture),
+            Display::PLAIN.estimate_clipping(&picture),
             Clipping {
                 clipped: 0.5,
                 black: 0.0

@@ -76,7 +76,7 @@ impl Display {
     }
 
     /// Builds the tables with which single pixels are converted.
-    pub fn prepare(self) -> DisplayMap {
+    pub fn build_map(self) -> DisplayMap {
         DisplayMap {
             tone: ToneOperator::new(self.tone_map),
             curve: self.curve,
@@ -101,7 +101,7 @@ impl Display {
     /// The alpha is unassociated, as PNG requires: colours are divided by the coverage before the
     /// tone map.
     pub fn to_codes(self, picture: &Picture) -> Vec<u8> {
-        let map = self.prepare();
+        let map = self.build_map();
         let values = |i: usize| map.composite_pixel(picture, i);
         match (self.output, self.has_alpha(picture)) {
             (OutputFormat::Eight, false) => {
@@ -140,8 +140,8 @@ impl Display {
 
     /// Returns the display values of a picture, in 0..1 and not quantised. The result has neither
     /// coverage nor layers.
-    pub fn to_values(self, picture: &Picture) -> Picture {
-        let map = self.prepare();
+    pub fn to_display_values(self, picture: &Picture) -> Picture {
+        let map = self.build_map();
         let rgb = picture
             .rgb
             .par_iter()

@@ -65,7 +65,7 @@ fn ascending() -> Vec<f32> {
 #[test]
 fn f06_greys_rise_from_zero_to_one() {
     for display in every_display() {
-        let map = display.prepare();
+        let map = display.build_map();
         let mut last = 0.0;
         for x in ascending() {
             let [r, g, b] = map.display_values([x; 3]);
@@ -87,7 +87,7 @@ fn f06_greys_rise_from_zero_to_one() {
 #[test]
 fn f06_one_infinite_channel_stays_in_range() {
     for display in every_display() {
-        let map = display.prepare();
+        let map = display.build_map();
         let values = map.display_values([f32::INFINITY, 0.0, 0.5]);
         assert!(
             values.iter().all(|v| (0.0..=1.0).contains(v)),
@@ -102,7 +102,7 @@ fn f06_one_infinite_channel_stays_in_range() {
 #[test]
 fn f05_negative_channels_are_black() {
     for display in every_display() {
-        let map = display.prepare();
+        let map = display.build_map();
         for x in [-1e-40, -0.012, -1.0, -1e30, f32::NEG_INFINITY] {
             assert_eq!(
                 map.display_values([x, 0.25, 0.5]),
@@ -117,7 +117,7 @@ fn f05_negative_channels_are_black() {
 #[test]
 fn f06_nan_is_marked() {
     for display in every_display() {
-        let map = display.prepare();
+        let map = display.build_map();
         for channel in 0..3 {
             let mut rgb = [0.5, f32::INFINITY, -1.0];
             rgb[channel] = f32::NAN;
@@ -133,7 +133,7 @@ fn f06_nan_is_marked() {
 fn codes_equal_the_plain_definition() {
     let values: Vec<f32> = ascending().into_iter().step_by(7).collect();
     for display in every_display() {
-        let map = display.prepare();
+        let map = display.build_map();
         for (i, &r) in values.iter().enumerate() {
             let rgb = [r, values[(i * 31) % values.len()], 0.3];
             let linear = map.display_linear(rgb).unwrap();
@@ -159,8 +159,8 @@ fn exposure_doubles_by_the_stop() {
         };
         for rgb in [[0.1, 0.2, 0.05], [3.0, 0.0, 0.7]] {
             assert_eq!(
-                brighter.prepare().display_values(rgb),
-                base.prepare().display_values(rgb.map(|x| 2.0 * x)),
+                brighter.build_map().display_values(rgb),
+                base.build_map().display_values(rgb.map(|x| 2.0 * x)),
                 "{tone_map:?}"
             );
         }
@@ -220,7 +220,7 @@ fn a_picture_keeps_its_places() {
         *rgb = [i as f32 / 5.0, 0.0, 1.0];
     }
     let codes = Display::PLAIN.to_codes(&picture);
-    let values = Display::PLAIN.to_values(&picture);
+    let values = Display::PLAIN.to_display_values(&picture);
     assert_eq!(codes.len(), 18);
     for (i, code) in codes.chunks(3).enumerate() {
         let expected = values.rgb[i].map(|v| curve::quantise_8_bit(f64::from(v)));

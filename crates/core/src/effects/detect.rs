@@ -43,16 +43,16 @@ struct EffectRule {
 
 /// Returns the same treatment `how` for both integrators. `absent` is the reason given if the scene
 /// does not need the effect.
-const fn same_treatment_in_both(
+const fn same_treatment_by_both_integrators(
     how: EffectTreatment,
     absent: &'static str,
 ) -> [IntegratorTreatment; 2] {
-    treatment_in_each(how, how, absent)
+    treatment_by_each_integrator(how, how, absent)
 }
 
 /// Returns a treatment for each integrator. `absent` is the reason given if the scene does not need
 /// the effect.
-const fn treatment_in_each(
+const fn treatment_by_each_integrator(
     whitted: EffectTreatment,
     paths: EffectTreatment,
     absent: &'static str,
@@ -78,7 +78,7 @@ const fn path_tracing_only_treatment(
     present: &'static str,
     absent: &'static str,
 ) -> [IntegratorTreatment; 2] {
-    treatment_in_each(LeftOut(present, PATH), Simulated(present), absent)
+    treatment_by_each_integrator(LeftOut(present, PATH), Simulated(present), absent)
 }
 
 /// Hint for effects that only path tracing simulates.

@@ -39,7 +39,7 @@ const DIM: f64 = 0.02;
 /// Whether a scene's lights illuminate its objects noticeably. Their total irradiance at the
 /// objects, computed from power, range and distance, must be at least 0.02. Below, even a white
 /// surface is darker than a tenth of the display's range.
-pub fn lights_reach_surfaces(scene: &Scene) -> bool {
+pub fn are_objects_lit_by_lights(scene: &Scene) -> bool {
     let bounds = scene_extent::<f32>(scene, &SceneLookup::new(scene)).bounds;
     let (centre, radius) = match bounds.is_empty() {
         true => (DVec3::ZERO, 1.0),
@@ -181,23 +181,24 @@ mod tests {
         };
         let point = |z: f64, range: Option<f64>| json!({ "point": { "position": [0, 0, z], "range": range } });
         assert!(
-            !lights_reach_surfaces(&room(json!({}))) && !lights_reach_surfaces(&Scene::default())
+            !are_objects_lit_by_lights(&room(json!({})))
+                && !are_objects_lit_by_lights(&Scene::default())
         );
-        assert!(lights_reach_surfaces(&light(
+        assert!(are_objects_lit_by_lights(&light(
             json!({ "directional": { "to_light": [0, 0, 1] } }),
             1.0
         )));
-        assert!(!lights_reach_surfaces(&light(
+        assert!(!are_objects_lit_by_lights(&light(
             json!({ "directional": { "to_light": [0, 0, 1] } }),
             0.001
         )));
         assert!(
-            lights_reach_surfaces(&light(point(2.0, None), 1.0))
-                && !lights_reach_surfaces(&light(point(200.0, None), 1.0))
+            are_objects_lit_by_lights(&light(point(2.0, None), 1.0))
+                && !are_objects_lit_by_lights(&light(point(200.0, None), 1.0))
         );
         assert!(
-            lights_reach_surfaces(&light(point(200.0, None), 1e4))
-                && !lights_reach_surfaces(&light(point(200.0, Some(150.0)), 1e4))
+            are_objects_lit_by_lights(&light(point(200.0, None), 1e4))
+                && !are_objects_lit_by_lights(&light(point(200.0, Some(150.0)), 1e4))
         );
     }
 
@@ -207,7 +208,7 @@ mod tests {
     fn a_range_that_ends_within_the_model_reaches_it() {
         let reaches = |range: f64| {
             let point = serde_json::json!({ "point": { "position": [0, 0, 2], "range": range } });
-            lights_reach_surfaces(&room(
+            are_objects_lit_by_lights(&room(
                 serde_json::json!({ "lights": [{ "kind": point, "colour": 1 }] }),
             ))
         };

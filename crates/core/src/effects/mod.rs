@@ -20,9 +20,9 @@ mod table;
 
 pub(crate) use facts::MIRROR_ROUGHNESS;
 pub use kind::Effect;
-pub use lighting::{emits_light, lights_reach_surfaces, neutral_sky};
-pub use set::{EffectSet, LAYERS, SWITCHABLE};
-pub use setup::detect;
+pub use lighting::{are_objects_lit_by_lights, emits_light, neutral_sky};
+pub use set::{EffectSet, MATERIAL_LAYERS, SWITCHABLE_EFFECTS};
+pub use setup::assess_effects;
 pub(crate) use setup::{RenderSetup, chosen_integrator};
 
 use serde::Serialize;

@@ -78,10 +78,10 @@ const fn effects_of_role(role: EffectRole) -> EffectSet {
 
 /// Effects of material layers, such as clearcoat and sheen: they extend the metallic-roughness
 /// model. Surfaces with one of these effects are prepared as layered materials.
-pub const LAYERS: EffectSet = effects_of_role(EffectRole::Layer);
+pub const MATERIAL_LAYERS: EffectSet = effects_of_role(EffectRole::Layer);
 
 /// Effects that can be switched off. All other effects are essential parts of the scene.
-pub const SWITCHABLE: EffectSet = effects_of_role(EffectRole::Switch).or(LAYERS);
+pub const SWITCHABLE_EFFECTS: EffectSet = effects_of_role(EffectRole::Switch).or(MATERIAL_LAYERS);
 
 #[cfg(test)]
 mod tests {

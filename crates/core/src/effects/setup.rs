@@ -50,7 +50,7 @@ impl<'a> RenderSetup<'a> {
                 paths,
             );
             for (finding, left) in findings.iter_mut().zip(remaining) {
-                mark_switched_off(finding, left.status, settings.without);
+                mark_if_switched_off(finding, left.status, settings.without);
             }
             rest = Cow::Owned(scene);
         }
@@ -74,7 +74,7 @@ impl<'a> RenderSetup<'a> {
 }
 
 /// Returns the status of every effect of a scene under these settings, with the reasons.
-pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
+pub fn assess_effects(scene: &Scene, settings: &Settings) -> EffectReport {
     RenderSetup::new(scene, settings).effects
 }
 
@@ -108,7 +108,7 @@ fn integrator_reason(
 /// Changes the status of an effect to left out in two cases: `off` contains the effect, or the
 /// scene no longer needs it once all effects of `off` are removed. `left` is the effect's status in
 /// the scene without the effects of `off`.
-fn mark_switched_off(finding: &mut EffectAssessment, left: EffectStatus, off: EffectSet) {
+fn mark_if_switched_off(finding: &mut EffectAssessment, left: EffectStatus, off: EffectSet) {
     let named = off.has(finding.effect);
     if finding.status == EffectStatus::Absent || !named && left != EffectStatus::Absent {
         return;
@@ -117,7 +117,7 @@ fn mark_switched_off(finding: &mut EffectAssessment, left: EffectStatus, off: Ef
     finding.because = if named {
         "switched off"
     } else {
-        "its cause in the scene is removed by an effect that is switched off"
+        "another effect that is switched off removes its cause from the scene"
     }
     .to_owned();
     finding.hint = Some("remove the effect from --without".to_owned());

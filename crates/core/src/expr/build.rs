@@ -9,8 +9,8 @@ use super::function::{CONSTANTS, find_constant, find_function};
 use super::graph::{ExprGraph, NodeId};
 use super::operation::Operation;
 use super::scope::{ExprScope, Variable};
-use super::semantics::vanishing_limit;
-use crate::suggest::closest_word;
+use super::semantics::underflow_limit_of_power;
+use crate::suggest::most_similar_word;
 
 /// A parsed part of the source: its node in the graph and its span in the text.
 #[derive(Clone, Debug)]
@@ -93,7 +93,7 @@ impl<'a> GraphBuilder<'a> {
         let known = known
             .chain(self.scope.variables().iter().map(|v| v.name()))
             .chain(CONSTANTS.iter().map(|(name, _)| *name));
-        let hint = match closest_word(name, known) {
+        let hint = match most_similar_word(name, known) {
             Some(similar) => format!("did you mean `{similar}`? {}", self.list_allowed_names()),
             None => self.list_allowed_names(),
         };
@@ -118,7 +118,7 @@ impl<'a> GraphBuilder<'a> {
     }
 
     /// Adds the component `name` of a vector, such as `x` or `r`.
-    pub fn take_component(
+    pub fn add_vector_component(
         &mut self,
         of: SourceTerm,
         name: &str,
@@ -289,12 +289,12 @@ impl<'a> GraphBuilder<'a> {
 /// multiplications.
 fn apply_to_numbers(graph: &mut ExprGraph, operation: Operation, a: NodeId, b: NodeId) -> NodeId {
     if operation == Operation::Power
-        && let Some(exponent) = graph.as_number(b)
+        && let Some(exponent) = graph.constant_number_value(b)
         && exponent.fract() == 0.0
         && exponent.abs() <= LARGEST_WHOLE_POWER
     {
         let whole = exponent.abs() as u32;
-        let limit = graph.add_number(vanishing_limit(whole));
+        let limit = graph.add_number(underflow_limit_of_power(whole));
         let power = match whole {
             2 => graph.add_operation(Operation::Multiply, [a, a]),
             _ => graph.add_operation(Operation::WholePower(whole), [a, limit]),

@@ -9,7 +9,7 @@ use super::graph::NodeId;
 use super::operation::Operation;
 use super::scope::Variable;
 use crate::noise::MAX_OCTAVES;
-use crate::suggest::closest_word;
+use crate::suggest::most_similar_word;
 
 impl GraphBuilder<'_> {
     /// Adds the operations of a function call. `span` is the place of the whole call in the text,
@@ -65,7 +65,8 @@ impl GraphBuilder<'_> {
             (Function::Checker, [x, y]) => self.apply_binary(Operation::Checker, x, y),
             (Function::Checker, [x, y, z]) => self.add_checker_3d(x, y, z),
             (Function::Noise(octaves) | Function::PlaneNoise(octaves), _) => {
-                let (point, count) = self.split_octave_count(octaves, name, arguments, &span)?;
+                let (point, count) =
+                    self.split_off_octave_count(octaves, name, arguments, &span)?;
                 self.add_noise(function, octaves, name, point, count, span)
             }
             _ => self.call_vector_function(function, name, arguments, span),
@@ -134,7 +135,7 @@ impl GraphBuilder<'_> {
 
     /// Splits the arguments of a noise function into the coordinates of the point and the number of
     /// octaves. The number is 1 if the function has no such argument.
-    fn split_octave_count<'t>(
+    fn split_off_octave_count<'t>(
         &self,
         octaves: NoiseKind,
         name: &str,
@@ -144,7 +145,7 @@ impl GraphBuilder<'_> {
         let (NoiseKind::Sum | NoiseKind::Turbulence, [point @ .., last]) = (octaves, all) else {
             return Ok((all, 1));
         };
-        let count = self.graph.as_number(last.id);
+        let count = self.graph.constant_number_value(last.id);
         match count
             .filter(|count| count.fract() == 0.0 && (1.0..=f64::from(MAX_OCTAVES)).contains(count))
         {
@@ -225,11 +226,11 @@ impl GraphBuilder<'_> {
         {
             return error.with_hint(format!("to multiply, write `{name} * (…)`"));
         }
-        match closest_word(name, FUNCTIONS.iter().map(|(name, _)| *name)) {
+        match most_similar_word(name, FUNCTIONS.iter().map(|(name, _)| *name)) {
             Some(similar) => error.with_hint(format!("did you mean `{similar}`?")),
             None => {
                 let names: Vec<&str> = FUNCTIONS.iter().map(|(name, _)| *name).collect();
-                error.with_hint(format!("functions: {}", names.join(", ")))
+                error.with_hint(format!("the functions are: {}", names.join(", ")))
             }
         }
     }
@@ -266,7 +267,7 @@ fn argument_count_error(
     };
     let plural = if count == 1 { "" } else { "s" };
     ExprError::new(
-        format!("`{name}` does not take {count} argument{plural}"),
+        format!("the function `{name}` cannot have {count} argument{plural}"),
         span,
     )
     .with_hint(format!("write `{name}{usage}`"))

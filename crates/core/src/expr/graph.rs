@@ -98,7 +98,7 @@ impl ExprGraph {
     }
 
     /// Returns the value of a node that is a constant number; `None` for any other node.
-    pub fn as_number(&self, id: NodeId) -> Option<f64> {
+    pub fn constant_number_value(&self, id: NodeId) -> Option<f64> {
         match self.node(id) {
             ExprNode::Number(bits) => Some(f64::from_bits(bits)),
             _ => None,
@@ -106,7 +106,7 @@ impl ExprGraph {
     }
 
     /// Returns the value of a node that is a constant number or vector; `None` for any other node.
-    pub fn constant(&self, id: NodeId) -> Option<Constant> {
+    pub fn constant_node_value(&self, id: NodeId) -> Option<Constant> {
         match self.node(id) {
             ExprNode::Number(x) => Some(Constant::Number(f64::from_bits(x))),
             ExprNode::Vector(v) => Some(Constant::Vector(v.map(f64::from_bits))),
@@ -150,7 +150,7 @@ impl ExprGraph {
             // If the condition is constant, only the taken branch remains.
             Operation::Select | Operation::SelectVectors if b == c => return b,
             Operation::Select | Operation::SelectVectors => {
-                if let Some(condition) = self.as_number(a) {
+                if let Some(condition) = self.constant_number_value(a) {
                     return if semantics::is_true(condition) { b } else { c };
                 }
             }
@@ -199,7 +199,7 @@ impl ExprGraph {
     /// Evaluates an operation whose operands are all constant; `None` otherwise. The result has the
     /// same bits as if a program evaluated the operation.
     fn fold_constants(&self, operation: Operation, operands: [NodeId; 4]) -> Option<ExprNode> {
-        let row = |id: NodeId| match self.constant(id)? {
+        let row = |id: NodeId| match self.constant_node_value(id)? {
             Constant::Number(x) => Some([x; 4]),
             Constant::Vector([x, y, z]) => Some([x, y, z, 0.0]),
         };

@@ -52,7 +52,7 @@ pub use programs::ProgramTable;
 pub use scope::{ExprScope, Variable, VariableValues};
 
 /// Greatest length of an expression in bytes.
-pub const MAX_SOURCE: usize = 16 * 1024;
+pub const MAX_SOURCE_BYTES: usize = 16 * 1024;
 
 /// Greatest nesting depth of parentheses, calls, conditions, prefixes and powers.
 pub const MAX_DEPTH: usize = 64;
@@ -65,7 +65,7 @@ pub const MAX_DEPTH: usize = 64;
 pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, ExprError> {
     let (builder, term) = parser::parse(source, build::GraphBuilder::new(names, ExprScope::Load))?;
     let id = builder.expect_number(&term, "the value")?;
-    match builder.graph.as_number(id) {
+    match builder.graph.constant_number_value(id) {
         Some(value) if value.is_finite() => Ok(value),
         value => {
             let value = value.unwrap_or(f64::NAN);
@@ -111,7 +111,7 @@ pub fn compile_number(
 /// Returns the reason why `name` cannot be the name of a parameter; `None` for a valid name. A
 /// valid name consists of letters, digits and `_`, does not begin with a digit, and is neither `t`
 /// nor a constant.
-pub fn parameter_name_problem(name: &str) -> Option<String> {
+pub fn find_parameter_name_problem(name: &str) -> Option<String> {
     let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
     if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         || !name.chars().all(letters)
@@ -122,7 +122,11 @@ pub fn parameter_name_problem(name: &str) -> Option<String> {
         );
     }
     if name == "t" {
-        return Some("`t` is the time of the scene".to_owned());
+        return Some(
+            "`t` already stands for the time of the scene; choose another name".to_owned(),
+        );
     }
-    function::find_constant(name).map(|value| format!("`{name}` is the constant {value}"))
+    function::find_constant(name).map(|value| {
+        format!("`{name}` already stands for the constant {value}; choose another name")
+    })
 }

@@ -31,7 +31,7 @@ pub(super) enum Operation {
     Modulo,
     Power,
     /// The number a to the power of the stored whole exponent. Where the magnitude of a is below b,
-    /// the result is zero; b is the [`vanishing_limit`](super::semantics::vanishing_limit) of the
+    /// the result is zero; b is the [`underflow_limit_of_power`](super::semantics::underflow_limit_of_power) of the
     /// exponent.
     WholePower(u32),
     Min,

@@ -16,7 +16,7 @@ use super::build::{GraphBuilder, SourceTerm};
 use super::error::{ExprError, Result};
 use super::lexer::{Lexeme, Token, tokenize};
 use super::operation::Operation;
-use super::{MAX_DEPTH, MAX_SOURCE};
+use super::{MAX_DEPTH, MAX_SOURCE_BYTES};
 
 /// State of the parser: the tokens, the position among them, and the builder of the graph.
 pub(super) struct Parser<'s, 'n> {
@@ -32,9 +32,9 @@ pub(super) fn parse<'n>(
     source: &str,
     builder: GraphBuilder<'n>,
 ) -> Result<(GraphBuilder<'n>, SourceTerm)> {
-    if source.len() > MAX_SOURCE {
+    if source.len() > MAX_SOURCE_BYTES {
         let message = format!(
-            "this expression has {} bytes; the limit is {MAX_SOURCE} bytes",
+            "this expression has {} bytes, but at most {MAX_SOURCE_BYTES} are allowed; shorten the expression",
             source.len()
         );
         return Err(ExprError::new(message, 0..source.len()));
@@ -117,10 +117,11 @@ impl Parser<'_, '_> {
         }
         if token.lexeme == Lexeme::End {
             let opener = &self.source[open.clone()];
-            return Err(
-                ExprError::new(format!("`{opener}` is never closed"), open.clone())
-                    .with_hint(format!("add `{symbol}`")),
-            );
+            return Err(ExprError::new(
+                format!("`{opener}` has no matching closing bracket"),
+                open.clone(),
+            )
+            .with_hint(format!("add `{symbol}`")));
         }
         Err(self.unexpected_token_error())
     }
@@ -158,7 +159,9 @@ impl Parser<'_, '_> {
     /// Runs a parsing function one level deeper, and checks the nesting depth.
     fn parse_nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         if self.depth == MAX_DEPTH {
-            let message = format!("this expression is nested more than {MAX_DEPTH} levels deep");
+            let message = format!(
+                "this expression is nested more than {MAX_DEPTH} levels deep; remove parentheses or divide it"
+            );
             return Err(ExprError::new(message, self.current_token().span));
         }
         self.depth += 1;
@@ -258,9 +261,11 @@ impl Parser<'_, '_> {
                 ));
             }
             let (start, end) = (term.span.start, token.span.end);
-            let id =
-                self.builder
-                    .take_component(term, &self.source[token.span.clone()], token.span)?;
+            let id = self.builder.add_vector_component(
+                term,
+                &self.source[token.span.clone()],
+                token.span,
+            )?;
             term = SourceTerm {
                 id,
                 span: start..end,

@@ -59,7 +59,7 @@ impl Program {
         let count = last_uses.iter().flatten().count();
         if count > MAX_OPERATIONS {
             let message = format!(
-                "this expression has {count} operations; the limit is {MAX_OPERATIONS} operations"
+                "this expression has {count} operations, but at most {MAX_OPERATIONS} are allowed; shorten the expression"
             );
             return Err(ExprError::new(message, span));
         }
@@ -114,7 +114,7 @@ impl Program {
             steps,
             registers: layout.into_register_file(),
             header,
-            constant: graph.constant(root),
+            constant: graph.constant_node_value(root),
         })
     }
 

@@ -5,8 +5,8 @@ use raywright_bvh::scalar::{Real, Vector};
 use super::operation::Operation;
 use super::scope::VariableValues;
 use super::semantics::{
-    fraction, integer_power, is_odd_checker_cell, is_true, max, min, mix, remainder, sign,
-    smoothstep, truth_to_number,
+    fraction, integer_power, is_odd_checker_cell, is_true, max, min, mix,
+    modulo_with_sign_of_divisor, sign, smoothstep, truth_to_number,
 };
 use crate::noise;
 
@@ -184,7 +184,7 @@ impl<R: Real, const ROWS: usize> RegisterFile<R, ROWS> {
             Operation::Subtract => self.apply_to_two_numbers(step, |a, b| a - b),
             Operation::Multiply => self.apply_to_two_numbers(step, |a, b| a * b),
             Operation::Divide => self.apply_to_two_numbers(step, |a, b| a / b),
-            Operation::Modulo => self.apply_to_two_numbers(step, remainder),
+            Operation::Modulo => self.apply_to_two_numbers(step, modulo_with_sign_of_divisor),
             Operation::Power => self.apply_to_two_numbers(step, R::powf),
             Operation::WholePower(exponent) => {
                 self.apply_to_two_numbers(step, |a, limit| integer_power(a, exponent, limit))

@@ -58,7 +58,7 @@ pub(super) fn fraction<R: Real>(x: R) -> R {
 /// quotient may round up to a whole number, so that the remainder has the wrong sign. The
 /// difference may round to b.
 #[inline(always)]
-pub(super) fn remainder<R: Real>(a: R, b: R) -> R {
+pub(super) fn modulo_with_sign_of_divisor<R: Real>(a: R, b: R) -> R {
     let rest = a - b * (a / b).floor();
     let (low, high) = if b > R::ZERO {
         (R::ZERO, b.next_down())
@@ -90,7 +90,7 @@ pub(super) fn is_odd_checker_cell<R: Real>(x: R, y: R) -> bool {
 }
 
 /// Returns the same bits as [`Real::powi`]. The last squaring of that function is omitted, because
-/// its result is unused and may be a slow subnormal. `limit` is the [`vanishing_limit`] of the
+/// its result is unused and may be a slow subnormal. `limit` is the [`underflow_limit_of_power`] of the
 /// exponent; an `f32` of a smaller magnitude gives zero.
 #[inline(always)]
 pub(super) fn integer_power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
@@ -114,7 +114,7 @@ pub(super) fn integer_power<R: Real>(mut base: R, exponent: u32, limit: R) -> R 
 /// Returns a magnitude below which an `f32` raised to this exponent is zero. Such powers are
 /// frequent, because highlights with high exponents are zero at most hits. Computing them would be
 /// slow, because their squares are subnormal.
-pub(super) fn vanishing_limit(exponent: u32) -> f64 {
+pub(super) fn underflow_limit_of_power(exponent: u32) -> f64 {
     // Magnitudes below 2⁻¹⁵⁰ round to zero. The last factor is below 2⁻⁷⁵, and at most twice too
     // large if it is subnormal. A further factor of two exceeds all other roundings.
     libm::exp2(-152.0 / f64::from(exponent))
@@ -158,7 +158,10 @@ mod tests {
                 );
                 for divisor in [1.0, 0.1, 3.0, 7.3, 1e-3] {
                     let b = R::from_f64(divisor);
-                    let (above, below) = (remainder(x, b), remainder(x, -b));
+                    let (above, below) = (
+                        modulo_with_sign_of_divisor(x, b),
+                        modulo_with_sign_of_divisor(x, -b),
+                    );
                     assert!(
                         above >= R::ZERO && above < b,
                         "{x:?} mod {b:?} is {above:?}"
@@ -173,10 +176,15 @@ mod tests {
         }
         let far = (R::ONE - R::ROUNDOFF, R::ROUNDOFF * R::from_f64(0.1));
         assert_eq!(
-            (fraction(-far.1), remainder(-far.1, R::ONE)),
+            (
+                fraction(-far.1),
+                modulo_with_sign_of_divisor(-far.1, R::ONE)
+            ),
             (far.0, far.0)
         );
-        assert!(fraction(R::INFINITY).is_nan() && remainder(R::ONE, R::ZERO).is_nan());
+        assert!(
+            fraction(R::INFINITY).is_nan() && modulo_with_sign_of_divisor(R::ONE, R::ZERO).is_nan()
+        );
     }
 
     /// Protects: a fraction is below one and a remainder smaller than its divisor, also where x −
@@ -187,7 +195,10 @@ mod tests {
         stay_below::<f64>(1e-300);
         assert_eq!((fraction(-0.25_f32), fraction(1.75_f64)), (0.75, 0.75));
         assert_eq!(
-            (remainder(-1.0_f32, 3.0), remainder(7.5_f64, -2.0)),
+            (
+                modulo_with_sign_of_divisor(-1.0_f32, 3.0),
+                modulo_with_sign_of_divisor(7.5_f64, -2.0)
+            ),
             (2.0, -0.5)
         );
     }

@@ -15,8 +15,8 @@
 //! variance still gets a minimum of samples. Sample counts are rounded to numbers of points for
 //! which the sample sequence is well distributed.
 
-use super::relative::relative_error_weights;
-use super::{Doubt, Film, FilmPlan, ReplicateBuffer, Uncertainty};
+use super::relative_error::relative_error_weights;
+use super::{EstimateDoubt, Film, FilmPlan, ReplicateBuffer, Uncertainty};
 use crate::denoise::denoise;
 use crate::observer::Observer;
 
@@ -51,13 +51,13 @@ pub(crate) enum ErrorProgress {
 /// Doubtful error estimate, which did not stop adaptive sampling. The estimated error had reached
 /// the requested error, but the render continued because of the doubt.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RejectedStop {
+pub struct DoubtfulErrorEstimate {
     /// Least and greatest number of samples per pixel when the doubtful estimate was made.
     pub samples: [u32; 2],
     /// The doubtful estimate: the root of the mean relative squared error (root relMSE).
     pub error: f64,
     /// Reason to doubt the estimate.
-    pub doubt: Doubt,
+    pub doubt: EstimateDoubt,
 }
 
 /// Returns the samples per pixel of each replicate in the first round of adaptive sampling.
@@ -67,7 +67,7 @@ pub(super) fn first_round_samples(plan: &FilmPlan) -> u16 {
 
 /// Rounds a sample count down to an allowed count. There are eight allowed counts between a power
 /// of two and the next.
-fn round_to_count_grid(samples: f64) -> u32 {
+fn round_down_to_allowed_count(samples: f64) -> u32 {
     let whole = samples.clamp(1.0, f64::from(u16::MAX)) as u32;
     whole >> whole.ilog2().saturating_sub(3) << whole.ilog2().saturating_sub(3)
 }
@@ -103,7 +103,7 @@ impl Film {
             && self.rejected_stop.is_none()
         {
             let samples = self.sample_range(&self.full_part());
-            self.rejected_stop = Some(RejectedStop {
+            self.rejected_stop = Some(DoubtfulErrorEstimate {
                 samples: [*samples.start(), *samples.end()],
                 error: claimed,
                 doubt,
@@ -124,7 +124,7 @@ impl Film {
             as u64;
         let growth = lacking.clamp(LEAST_GROWTH, GROWTH);
         let decided = [growth, GROWTH].into_iter().find_map(|growth| {
-            let halves = [0, 1].map(|half| self.raise_sample_counts(half, growth));
+            let halves = [0, 1].map(|half| self.increase_sample_counts(half, growth));
             halves.iter().any(Option::is_some).then_some(halves)
         });
         let Some(halves) = decided else {
@@ -146,14 +146,14 @@ impl Film {
 
     /// Returns the record of the first doubtful error estimate at or below the requested error.
     /// `None` without such an estimate, and for films read from files.
-    pub fn rejected_stop(&self) -> Option<RejectedStop> {
+    pub fn first_doubtful_estimate(&self) -> Option<DoubtfulErrorEstimate> {
         self.rejected_stop
     }
 
     /// Returns the new sample counts per pixel of all tiles, for one half of the replicates: 0
     /// selects even, 1 odd replicates. The new total is at most `growth` times the present total.
     /// `None` if no count increases.
-    fn raise_sample_counts(&self, half: u32, growth: f64) -> Option<Vec<u32>> {
+    fn increase_sample_counts(&self, half: u32, growth: f64) -> Option<Vec<u32>> {
         let shares = self.compute_tile_weights(1 - half);
         let maximum = self.plan.replicate_samples(self.plan.replicates - 1);
         let tiles: Vec<(u32, f64, f64)> = (0..self.plan.tile_count())
@@ -168,7 +168,7 @@ impl Film {
             .collect();
         let at = |scale: f64, now: u32, share: f64| {
             let limit = now.saturating_mul(TILE_GROWTH).min(maximum);
-            now.max(round_to_count_grid(scale * share).min(limit))
+            now.max(round_down_to_allowed_count(scale * share).min(limit))
         };
         let total = |scale: f64| {
             tiles

@@ -1,7 +1,7 @@
 //! Mean radiance of a pixel and the standard error of this mean, estimated from the pixel's
 //! replicates.
 
-use super::relative::{REACH, average_along_axis};
+use super::relative_error::{REACH, average_along_axis};
 use super::sums::COVERAGE_UNITS;
 use super::{Film, FilmPart, ReplicateBuffer};
 
@@ -156,7 +156,7 @@ impl<'a> ReplicateStats<'a> {
             let own = means.variance();
             core::array::from_fn(|i| {
                 let near = sums[pixel][i] / counts[pixel][i];
-                let near = if near == 0.0 && self.may_be_lit(pixel, i) {
+                let near = if near == 0.0 && self.may_have_missed_light(pixel, i) {
                     of_picture[i]
                 } else {
                     near
@@ -175,7 +175,7 @@ impl<'a> ReplicateStats<'a> {
     /// Whether a channel of a pixel is black in all replicates, but light is possible because
     /// camera rays hit a surface. Without counts of such hits, light is possible in every black
     /// pixel.
-    fn may_be_lit(&self, pixel: usize, channel: usize) -> bool {
+    fn may_have_missed_light(&self, pixel: usize, channel: usize) -> bool {
         let is_empty = |buffer: &ReplicateBuffer| {
             buffer
                 .covered
@@ -218,7 +218,7 @@ impl<'a> ReplicateStats<'a> {
 }
 
 /// Mean radiance of a pixel, and the variance of this mean, per channel.
-pub(crate) type MeanVariance = [[f64; 3]; 2];
+pub(crate) type PixelMeanAndVariance = [[f64; 3]; 2];
 
 impl Film {
     /// Returns for each pixel of a tile the mean radiance and the unbiased variance of this mean,
@@ -227,7 +227,7 @@ impl Film {
     ///
     /// `None` if fewer than two replicates of the tile are complete. Without random sampling, one
     /// replicate suffices, and the variance is zero.
-    pub(crate) fn tile_means_and_variances(&self, tile: u32) -> Option<Vec<MeanVariance>> {
+    pub(crate) fn tile_means_and_variances(&self, tile: u32) -> Option<Vec<PixelMeanAndVariance>> {
         let part = self.full_part();
         let is_done = |replicate: &u32| {
             self.unfinished_tiles(&FilmPart {

@@ -34,7 +34,7 @@
 use core::f64::consts::TAU;
 use core::ops::AddAssign;
 
-use super::relative::FLOOR;
+use super::relative_error::FLOOR;
 
 /// Euler's constant γ.
 const EULER: f64 = 0.577_215_664_901_532_9;

@@ -4,7 +4,7 @@ use super::{Film, Rect};
 
 /// Reason why films cannot be merged, or why a film cannot be continued.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum PartError {
+pub enum FilmMergeError {
     /// No film was given.
     #[error("no film was given: name at least one film to merge")]
     Nothing,
@@ -32,7 +32,7 @@ pub enum PartError {
     },
     /// Two films contain the same samples; these must not count twice.
     #[error(
-        "film {part} (counted from 0) contains replicate {replicate} of tile {tile}, which an earlier film contains too; name each film once"
+        "film {part} (counted from 0) contains samples that an earlier film contains too (replicate {replicate} of tile {tile}); name each film once"
     )]
     Overlap {
         /// Index of the film in which the samples occur again, from zero.
@@ -57,17 +57,17 @@ impl Film {
     /// these samples, with the same bits as an uninterrupted render.
     ///
     /// # Errors
-    /// [`PartError::Foreign`] for the film of another picture. [`PartError::Samples`] if a
+    /// [`FilmMergeError::Foreign`] for the film of another picture. [`FilmMergeError::Samples`] if a
     /// replicate of the earlier film has more samples than this film's plan gives to that
     /// replicate.
-    pub fn continue_from(&mut self, earlier: Film) -> Result<(), PartError> {
+    pub fn continue_from(&mut self, earlier: Film) -> Result<(), FilmMergeError> {
         let foreign = self.identity.find_difference(&earlier.identity);
         if let Some(label) = foreign.or_else(|| {
             self.plan
                 .find_division_difference(&earlier.plan)
                 .map(str::to_owned)
         }) {
-            return Err(PartError::Foreign { part: 0, label });
+            return Err(FilmMergeError::Foreign { part: 0, label });
         }
         if !self.plan.can_continue_film(&earlier.plan) {
             let (has, requested) = (earlier.plan.samples(), self.plan.samples());
@@ -75,7 +75,7 @@ impl Film {
                 .plan
                 .least_samples_to_continue(&earlier.plan)
                 .unwrap_or(has);
-            return Err(PartError::Samples {
+            return Err(FilmMergeError::Samples {
                 has,
                 requested,
                 least: minimum,
@@ -106,15 +106,15 @@ impl Film {
     /// or reached its time limit.
     ///
     /// # Errors
-    /// [`PartError::Foreign`] for the film of another picture.
-    pub fn repeat_sample_counts(&mut self, map: &Film) -> Result<(), PartError> {
+    /// [`FilmMergeError::Foreign`] for the film of another picture.
+    pub fn repeat_sample_counts(&mut self, map: &Film) -> Result<(), FilmMergeError> {
         let foreign = self.identity.find_difference(&map.identity);
         if let Some(label) = foreign.or_else(|| {
             self.plan
                 .find_division_difference(&map.plan)
                 .map(str::to_owned)
         }) {
-            return Err(PartError::Foreign { part: 0, label });
+            return Err(FilmMergeError::Foreign { part: 0, label });
         }
         *self = Self::new_empty(
             self.identity.clone(),
@@ -128,9 +128,9 @@ impl Film {
     /// equals a single render to the bit.
     ///
     /// # Errors
-    /// See [`PartError`].
-    pub fn merge(parts: &[Film]) -> Result<Film, PartError> {
-        let first = parts.first().ok_or(PartError::Nothing)?;
+    /// See [`FilmMergeError`].
+    pub fn merge(parts: &[Film]) -> Result<Film, FilmMergeError> {
+        let first = parts.first().ok_or(FilmMergeError::Nothing)?;
         let mut film = Film::new_empty(first.identity.clone(), first.plan.clone());
         (film.sample_goals, film.is_replayed) = (first.sample_goals.clone(), first.is_replayed);
         for (index, part) in parts.iter().enumerate() {
@@ -139,7 +139,7 @@ impl Film {
                     .then(|| "list of sample counts".to_owned())
             };
             if let Some(label) = first.find_difference(part).or_else(goals) {
-                return Err(PartError::Foreign { part: index, label });
+                return Err(FilmMergeError::Foreign { part: index, label });
             }
             film.record_part_samples(part, index)?;
         }
@@ -155,7 +155,7 @@ impl Film {
 
     /// Adds the sample counts of `part`, which has the given index. Fails if the film already holds
     /// samples of the same tile and replicate.
-    fn record_part_samples(&mut self, part: &Film, index: usize) -> Result<(), PartError> {
+    fn record_part_samples(&mut self, part: &Film, index: usize) -> Result<(), FilmMergeError> {
         let tiles = self.plan.tile_count() as usize;
         for (unit, (drawn, &held)) in self
             .samples_drawn
@@ -165,7 +165,7 @@ impl Film {
         {
             if *drawn > 0 && held > 0 {
                 let (tile, replicate) = ((unit % tiles) as u32, (unit / tiles) as u32);
-                return Err(PartError::Overlap {
+                return Err(FilmMergeError::Overlap {
                     part: index,
                     tile,
                     replicate,
@@ -184,14 +184,14 @@ impl Film {
                 .filter(|&replicate| part.samples_drawn(tile, replicate) > 0)
             {
                 if let Some(buffer) = &part.buffers[replicate as usize] {
-                    self.place_buffer(replicate, buffer, area, area);
+                    self.copy_buffer_into_film(replicate, buffer, area, area);
                 }
             }
             if part.samples_drawn(tile, 0) > 0 {
                 self.place_centre_layers(&part.centre_layers, area, area);
             }
             if (0..self.plan.replicates).any(|replicate| part.samples_drawn(tile, replicate) > 0) {
-                self.add_spread(&part.spread, area, area);
+                self.add_sample_spread(&part.spread, area, area);
             }
         }
         self.counters += part.counters;

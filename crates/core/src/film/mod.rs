@@ -21,34 +21,34 @@
 mod adaptive;
 mod buffer;
 mod estimate;
+mod four_replicates;
 mod identity;
 mod leave_one_out;
 mod merge;
-mod pixel;
+mod pixel_variance;
 mod plan;
 mod record;
-mod relative;
-mod replicate_quad;
+mod relative_error;
 mod sums;
 #[cfg(test)]
 pub(crate) mod tests;
 mod uncertainty;
 
+pub use adaptive::DoubtfulErrorEstimate;
 pub(crate) use adaptive::ErrorProgress;
-pub use adaptive::RejectedStop;
 pub(crate) use buffer::{Rect, ReplicateBuffer};
-pub(crate) use estimate::MeanVariance;
+pub(crate) use estimate::PixelMeanAndVariance;
 use estimate::ReplicateStats;
+pub(crate) use four_replicates::{BRIGHTEST, FourReplicates, FourReplicatesError};
 use identity::FilmIdentity;
-pub use merge::PartError;
+pub use merge::FilmMergeError;
 pub(crate) use plan::FilmPlan;
-pub use record::{FilmDataStream, FilmHeader, HeaderError};
-pub(crate) use replicate_quad::{BRIGHTEST, ReplicateQuad, ReplicateQuadError};
+pub use record::{FilmDataStream, FilmHeader, FilmHeaderError};
 pub(crate) use sums::{
     BlockAccumulator, MomentAccumulator, PixelSums, SampleAccumulator, SumAccumulator,
     quantise_coverage,
 };
-pub use uncertainty::{Doubt, ErrorEstimate, Uncertainty};
+pub use uncertainty::{ErrorEstimate, EstimateDoubt, Uncertainty};
 
 use core::ops::{Range, RangeInclusive};
 
@@ -83,7 +83,7 @@ pub struct Film {
     expected_samples: u64,
     /// Record of the first time that the estimated error reached the requested error but was
     /// doubtful. Not stored in files.
-    rejected_stop: Option<RejectedStop>,
+    rejected_stop: Option<DoubtfulErrorEstimate>,
     counters: Counters,
     /// Light usage, counted by the renders of this film. Not a part of the picture, and not stored
     /// in files.
@@ -124,7 +124,7 @@ impl FilmPart {
     /// takes every `total`-th tile of the part, so that slow regions are divided as well. The union
     /// of the shares is the part.
     #[must_use]
-    pub fn nth_share(self, index: u32, total: u32) -> Self {
+    pub fn split_into_nth_subset(self, index: u32, total: u32) -> Self {
         Self {
             tiles: self.tiles.start + index * self.step..self.tiles.end,
             step: self.step * total,
@@ -204,8 +204,10 @@ impl Film {
 
     /// Returns the samples per pixel of a tile in a replicate; zero outside the picture.
     pub fn samples_drawn(&self, tile: u32, replicate: u32) -> u32 {
-        let unit = (tile < self.plan.tile_count())
-            .then(|| self.samples_drawn.get(self.unit_index(tile, replicate)));
+        let unit = (tile < self.plan.tile_count()).then(|| {
+            self.samples_drawn
+                .get(self.tile_replicate_index(tile, replicate))
+        });
         unit.flatten().map_or(0, |&drawn| u32::from(drawn))
     }
 
@@ -213,7 +215,7 @@ impl Film {
     /// round.
     pub(crate) fn sample_goal(&self, tile: u32, replicate: u32) -> u32 {
         self.sample_goals
-            .get(self.unit_index(tile, replicate))
+            .get(self.tile_replicate_index(tile, replicate))
             .map_or(self.plan.replicate_samples(replicate), |&goal| {
                 u32::from(goal)
             })
@@ -232,7 +234,7 @@ impl Film {
         (done, total.max(self.expected_samples))
     }
 
-    fn unit_index(&self, tile: u32, replicate: u32) -> usize {
+    fn tile_replicate_index(&self, tile: u32, replicate: u32) -> usize {
         replicate as usize * self.plan.tile_count() as usize + tile as usize
     }
 
@@ -333,11 +335,11 @@ impl Film {
             Rect::for_film_tile(tile, self.plan.crop.width),
         );
         let spread = self.combine_deviations(tile_update, from, to);
-        self.add_spread(&spread, from, to);
-        self.place_buffer(tile_update.replicate, &tile_update.buffer, from, to);
+        self.add_sample_spread(&spread, from, to);
+        self.copy_buffer_into_film(tile_update.replicate, &tile_update.buffer, from, to);
         self.place_centre_layers(&tile_update.centre, from, to);
         self.counters += tile_update.counters;
-        let index = self.unit_index(tile_update.tile, tile_update.replicate);
+        let index = self.tile_replicate_index(tile_update.tile, tile_update.replicate);
         self.samples_drawn[index] = u16::try_from(tile_update.drawn).unwrap_or(u16::MAX);
     }
 
@@ -373,7 +375,13 @@ impl Film {
             .collect()
     }
 
-    fn place_buffer(&mut self, replicate: u32, buffer: &ReplicateBuffer, from: Rect, to: Rect) {
+    fn copy_buffer_into_film(
+        &mut self,
+        replicate: u32,
+        buffer: &ReplicateBuffer,
+        from: Rect,
+        to: Rect,
+    ) {
         let plan = &self.plan;
         self.buffers[replicate as usize]
             .get_or_insert_with(|| ReplicateBuffer::zeroed(plan))
@@ -395,7 +403,7 @@ impl Film {
     /// Adds a spread to the stored spread: the root of the sum of squares. Each addition rounds in
     /// f32, so parts merged in another order than that of the replicates may differ by an ulp; no
     /// picture depends on the spread.
-    fn add_spread(&mut self, spread: &[[f32; 3]], from: Rect, to: Rect) {
+    fn add_sample_spread(&mut self, spread: &[[f32; 3]], from: Rect, to: Rect) {
         if spread.is_empty() {
             return;
         }
@@ -434,13 +442,13 @@ impl Film {
             .replicates
             .checked_sub(1)
             .filter(|freedom| *freedom > 0 && self.plan.random)?;
-        Some((self.pixel_errors(), freedom))
+        Some((self.standard_errors_or_unknown(), freedom))
     }
 
     /// Returns the standard errors of all pixels; −1, for unknown, in a picture in which no sample
     /// found light.
-    fn pixel_errors(&self) -> Vec<[f32; 3]> {
-        if self.is_unlit() {
+    fn standard_errors_or_unknown(&self) -> Vec<[f32; 3]> {
+        if self.is_black_despite_lights() {
             return vec![[-1.0; 3]; self.plan.pixel_count()];
         }
         self.replicate_stats()
@@ -512,7 +520,7 @@ impl Film {
         }
         if plan.layers.standard_error {
             let errors = if plan.random {
-                self.pixel_errors()
+                self.standard_errors_or_unknown()
             } else {
                 vec![[0.0; 3]; plan.pixel_count()]
             };

@@ -136,7 +136,8 @@ impl FilmPlan {
         let [width, height] = settings.size;
         let by_replicates = random && !settings.sampling.is_fixed();
         let adaptive = settings.max_error.is_some() && by_replicates;
-        let denoise = settings.denoise && random && requirements::can_denoise(settings.sampling);
+        let denoise =
+            settings.denoise && random && requirements::is_denoisable_sampling(settings.sampling);
         let requested = match (adaptive, denoise) {
             (true, _) => Some(ADAPTIVE_REPLICATES),
             (_, true) => Some(
@@ -147,7 +148,7 @@ impl FilmPlan {
             ),
             _ => settings.replicates,
         };
-        let unasked: Vec<Aov> = requirements::LAYERS
+        let unasked: Vec<Aov> = requirements::REQUIRED_LAYERS
             .into_iter()
             .filter(|aov| !settings.aovs.contains(aov))
             .collect();
@@ -317,7 +318,7 @@ impl FilmPlan {
     /// Returns the next pass of a tile in a replicate, numbered from zero, and the range of its
     /// samples. `all` is the number of samples per pixel in the replicate, and `drawn` of them are
     /// finished. `None` if all are finished.
-    pub fn next_pass(&self, all: u32, drawn: u32) -> Option<(u32, Range<u32>)> {
+    pub fn next_sample_range(&self, all: u32, drawn: u32) -> Option<(u32, Range<u32>)> {
         if drawn >= all {
             return None;
         }

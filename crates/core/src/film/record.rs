@@ -26,8 +26,10 @@ pub struct FilmHeader {
 
 /// Error: the header of a film is invalid. The message names the invalid part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the {0} in the header of the film is invalid")]
-pub struct HeaderError(&'static str);
+#[error(
+    "the {0} in the header of the film is invalid: the file is damaged; restore it from a copy or render the film again"
+)]
+pub struct FilmHeaderError(&'static str);
 
 /// Stream that reads or writes a film's numbers. Each method gets a slice of numbers. A reader
 /// overwrites the slice with numbers from the stream. A writer copies the slice to the stream and
@@ -50,16 +52,16 @@ impl FilmHeader {
     /// must be validated before any other use.
     ///
     /// # Errors
-    /// [`HeaderError`] names the invalid part.
-    pub fn bytes(&self) -> Result<u64, HeaderError> {
-        self.plan.validate().map_err(HeaderError)?;
+    /// [`FilmHeaderError`] names the invalid part.
+    pub fn bytes(&self) -> Result<u64, FilmHeaderError> {
+        self.plan.validate().map_err(FilmHeaderError)?;
         let tiles = u64::from(self.plan.tile_count());
         if self.drawn.len() as u64 != tiles * u64::from(self.plan.replicates) {
-            return Err(HeaderError("list of tiles"));
+            return Err(FilmHeaderError("list of tiles"));
         }
         let has_goals = self.plan.adaptive || self.is_replayed;
         if self.goals.len() != if has_goals { self.drawn.len() } else { 0 } {
-            return Err(HeaderError("list of sample counts"));
+            return Err(FilmHeaderError("list of sample counts"));
         }
         let all = |unit: usize| self.plan.replicate_samples((unit as u64 / tiles) as u32);
         let most = |unit: usize| {
@@ -73,7 +75,7 @@ impl FilmHeader {
             .enumerate()
             .any(|(unit, &drawn)| u32::from(drawn) > most(unit))
         {
-            return Err(HeaderError("number of samples"));
+            return Err(FilmHeaderError("number of samples"));
         }
         Ok(self.plan.bytes())
     }
@@ -96,7 +98,7 @@ impl Film {
     ///
     /// # Errors
     /// See [`FilmHeader::bytes`].
-    pub fn from_header(header: FilmHeader) -> Result<Self, HeaderError> {
+    pub fn from_header(header: FilmHeader) -> Result<Self, FilmHeaderError> {
         header.bytes()?;
         let FilmHeader {
             identity,
@@ -185,7 +187,7 @@ impl Film {
         for layer in &mut buffer.layers {
             numbers.transfer_f64(layer.as_flattened_mut())?;
         }
-        self.place_buffer(replicate, &buffer, from, to);
+        self.copy_buffer_into_film(replicate, &buffer, from, to);
         Ok(())
     }
 }

@@ -50,8 +50,8 @@ use serde::Serialize;
 
 use super::estimate::ReplicateStats;
 use super::leave_one_out::{LeaveOneOutStats, SingleReplicateBound};
-use super::pixel::{PixelVariance, squared_weighted_dot};
-use super::relative::{REACH, relative_error_weights};
+use super::pixel_variance::{PixelVariance, squared_weighted_dot};
+use super::relative_error::{REACH, relative_error_weights};
 use super::{Film, ReplicateBuffer};
 use crate::metrics::student_factor_95;
 
@@ -114,7 +114,7 @@ pub struct Uncertainty {
     /// Least number of replicates of a pixel.
     pub replicates: u32,
     /// Reason to doubt the interval of the relative error; `None` for a reliable interval.
-    pub doubt: Option<Doubt>,
+    pub doubt: Option<EstimateDoubt>,
 }
 
 impl Uncertainty {
@@ -124,7 +124,7 @@ impl Uncertainty {
         let high = self.root_relmse.high;
         match self.doubt {
             None => high <= error,
-            Some(Doubt::FewPixels) => high > 0.0 && FEW_PIXELS_MARGIN * high <= error,
+            Some(EstimateDoubt::FewPixels) => high > 0.0 && FEW_PIXELS_MARGIN * high <= error,
             Some(_) => false,
         }
     }
@@ -133,7 +133,7 @@ impl Uncertainty {
 /// Reason not to rely on the confidence interval of an [`ErrorEstimate`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Doubt {
+pub enum EstimateDoubt {
     /// Fewer than four replicates.
     FewSamples,
     /// Lamps or small bright parts of the sky are hit through mirrors or glass by chance alone,
@@ -311,7 +311,7 @@ impl VarianceSum {
 }
 
 /// Contributions of the pixels in a few rows to the error estimate.
-struct RowBand {
+struct RowVariances {
     /// Errors in radiance.
     absolute: Vec<PixelVariance>,
     /// Errors relative to the true colour.
@@ -344,7 +344,7 @@ impl Film {
         let rows = |band: usize| band * BAND_ROWS..((band + 1) * BAND_ROWS).min(height);
         // Collected in order, so that the sums do not depend on the order of completion.
         let of_bands: Vec<([VarianceSum; 2], LeaveOneOutStats)> = bands()
-            .map(|band| self.sum_row_band(&planes, rows(band), fewest))
+            .map(|band| self.sum_variances_of_rows(&planes, rows(band), fewest))
             .collect();
         let (mut sums, mut leave_one_out) =
             ([VarianceSum::default(); 2], LeaveOneOutStats::default());
@@ -383,11 +383,13 @@ impl Film {
             )
         };
         let doubts = [
-            (fewest < MIN_REPLICATES, Doubt::FewSamples),
-            (self.is_lit_by_chance(), Doubt::LightByChance),
+            (fewest < MIN_REPLICATES, EstimateDoubt::FewSamples),
+            (self.has_too_few_chance_hits(), EstimateDoubt::LightByChance),
             (
-                is_few || is_rare && !is_confirmed || relative.variance == 0.0 && self.is_unlit(),
-                Doubt::FewPixels,
+                is_few
+                    || is_rare && !is_confirmed
+                    || relative.variance == 0.0 && self.is_black_despite_lights(),
+                EstimateDoubt::FewPixels,
             ),
         ];
         let doubt = doubts
@@ -406,13 +408,13 @@ impl Film {
 
     /// Whether many paths can hit lamps or suns only by chance, through mirrors or glass, with too
     /// few hits to determine their light.
-    pub(crate) fn is_lit_by_chance(&self) -> bool {
+    pub(crate) fn has_too_few_chance_hits(&self) -> bool {
         let is_common = self.counters.unaided.saturating_mul(ONE_IN) > self.counters.samples;
         is_common && self.counters.found < FEWEST_FOUND
     }
 
     /// Whether shadow rays were traced to lamps or the sky, and no sample found any light.
-    pub(super) fn is_unlit(&self) -> bool {
+    pub(super) fn is_black_despite_lights(&self) -> bool {
         let is_black = |buffer: &ReplicateBuffer| {
             (0..self.plan.pixel_count()).all(|pixel| buffer.pixel_total(pixel) == [0.0; 3])
         };
@@ -441,7 +443,7 @@ impl Film {
 
     /// Returns the sums over the pixels of some rows, absolute in radiance and relative, and the
     /// statistics of the leave-one-out test.
-    fn sum_row_band(
+    fn sum_variances_of_rows(
         &self,
         planes: &ReplicateStats<'_>,
         rows: Range<usize>,
@@ -453,7 +455,7 @@ impl Film {
         let last = (rows.end + REACH).min(self.plan.crop.height as usize);
         let means = self.collect_row_means(planes, first..last, replicates);
         let [absolute, relative] = [(); 2].map(|()| vec![PixelVariance::default(); means[0].len()]);
-        let mut band = RowBand { absolute, relative };
+        let mut band = RowVariances { absolute, relative };
         let inner = (rows.start - first) * width..(rows.end - first) * width;
         let mut leave_one_out = LeaveOneOutStats::default();
         match pairing_weights(replicates) {
@@ -468,8 +470,8 @@ impl Film {
                 }
             }
         }
-        let sums =
-            [&band.absolute, &band.relative].map(|pixels| sum_pixels(&pixels[inner.clone()]));
+        let sums = [&band.absolute, &band.relative]
+            .map(|pixels| sum_pixel_variances(&pixels[inner.clone()]));
         (sums, leave_one_out)
     }
 
@@ -493,7 +495,7 @@ impl Film {
                 sum.add_relative_variance(at.map(DVec3::from), Some(once), shares);
             }
         }
-        sum_pixels(&pixels)
+        sum_pixel_variances(&pixels)
     }
 }
 
@@ -506,7 +508,7 @@ fn pairing_weights(replicates: u32) -> Option<[f64; 2]> {
 }
 
 /// Returns the sums over some pixels.
-fn sum_pixels(pixels: &[PixelVariance]) -> VarianceSum {
+fn sum_pixel_variances(pixels: &[PixelVariance]) -> VarianceSum {
     let mut sum = VarianceSum::default();
     pixels
         .iter()
@@ -514,7 +516,7 @@ fn sum_pixels(pixels: &[PixelVariance]) -> VarianceSum {
     sum
 }
 
-impl RowBand {
+impl RowVariances {
     /// Adds the variance of a pixel's mean from the means of four replicates; equal means
     /// contribute nothing. `shares` are the results of [`pairing_weights`].
     fn add_pixel(&mut self, pixel: usize, four: [[f64; 3]; 4], shares: [f64; 2]) {

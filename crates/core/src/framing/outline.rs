@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use raywright_bvh::{Aabb, Shape as _};
 
-use super::vertex_position;
+use super::mesh_vertex_position;
 use crate::generate::{all_objects, objects_with_counts};
 use crate::lookup::SceneLookup;
 use crate::scene::{MeshData, Scene, Shape};
@@ -127,7 +127,7 @@ fn find_used_vertices(data: &MeshData) -> Vec<bool> {
 /// Iterates over the finite vertex positions that are flagged as used, each once.
 fn used_vertex_positions(data: &MeshData, used: &[bool]) -> impl Iterator<Item = DVec3> {
     let used = used.iter().enumerate().filter(|(_, used)| **used);
-    used.map(|(i, _)| vertex_position(data, i as u32))
+    used.map(|(i, _)| mesh_vertex_position(data, i as u32))
         .filter(|point| point.is_finite())
 }
 

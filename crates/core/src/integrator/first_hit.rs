@@ -96,7 +96,7 @@ impl<R: Real> PacketHits<R> {
         directions.clear();
         directions.extend(rays.iter().map(|ray| ray.direction));
         let range = Interval {
-            min: scene.min_hit_distances().camera - scene.camera.skipped_distance(),
+            min: scene.min_hit_distances().camera - scene.camera.eye_to_origin_distance(),
             max: R::INFINITY,
         };
         let requested = RayPacket {

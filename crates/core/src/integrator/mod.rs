@@ -2,12 +2,12 @@
 //! (Whitted, "An Improved Illumination Model for Shaded Display", 1980), [`path_tracing`] path
 //! tracing. Both implement the trait [`LightTransport`]. The other files hold code that both share.
 
-mod bump;
-mod cone;
 mod first_hit;
 mod frame;
+mod normal_mapping;
 mod path_tracing;
 mod physical;
+mod ray_cone_footprint;
 mod shadow;
 mod spawn;
 mod surface;
@@ -98,7 +98,7 @@ pub(crate) trait LightTransport<'a, R: Real> {
     fn take_counters(&mut self) -> Counters;
 
     /// Whether the observer cancelled a path midway. The results are then invalid.
-    fn is_stopped(&self) -> bool {
+    fn is_cancelled(&self) -> bool {
         false
     }
 

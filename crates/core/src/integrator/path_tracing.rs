@@ -10,20 +10,20 @@
 mod bsdf_lanes;
 mod classic;
 mod emission;
-mod gather;
 mod general;
 mod ground;
 mod index_matched;
 mod layered;
 mod light;
 mod media;
-mod mixture;
+mod mixture_material;
 mod nested;
 mod roulette;
 mod scatter;
 mod shade;
-mod straight_light;
+mod straight_transmittance;
 mod transmittance;
+mod vertex_queues;
 mod vertices;
 mod wavefront;
 
@@ -59,7 +59,7 @@ pub(crate) struct PathTracer<'a, R: Real> {
     max_depth: u32,
     min_distances: MinHitDistances<R>,
     /// Whether ray queries are given the triangles at the ends of a ray
-    /// ([`RayEnds`](raywright_bvh::RayEnds)). These triangles then need no exact intersection test.
+    /// ([`RayEndTriangles`](raywright_bvh::RayEndTriangles)). These triangles then need no exact intersection test.
     has_triangle_ends: bool,
     /// Media around the camera.
     media: MediumStack,
@@ -84,7 +84,7 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
             direct: Vector::ZERO,
             max_depth,
             min_distances: scene.min_hit_distances(),
-            has_triangle_ends: scene.geometry.has_triangle_ends()
+            has_triangle_ends: scene.geometry.can_skip_ray_ends()
                 && matches!(scene.rules.spawn, PreparedSpawnRule::ErrorBound),
             media: MediumStack::default(),
             wavefront: Wavefront::default(),
@@ -126,7 +126,7 @@ const MIRROR_DENSITY: f64 = 1e5;
 struct PathState<R: Real> {
     /// The next ray.
     segment: PathSegment<R>,
-    /// Triangle from which the next ray starts, see [`RayEnds`](raywright_bvh::RayEnds).
+    /// Triangle from which the next ray starts, see [`RayEndTriangles`](raywright_bvh::RayEndTriangles).
     start: TriangleSlot,
     /// Throughput of the path (beta).
     throughput: R::Vec3,

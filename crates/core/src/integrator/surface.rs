@@ -45,7 +45,7 @@ impl<R: Real> PathSegment<R> {
         Self {
             ray: nowhere,
             direction_error: Vector::ZERO,
-            skipped_distance: scene.camera.skipped_distance(),
+            skipped_distance: scene.camera.eye_to_origin_distance(),
             length_before: before,
         }
     }

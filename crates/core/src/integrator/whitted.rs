@@ -108,7 +108,7 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
         core::mem::take(&mut self.counters)
     }
 
-    fn is_stopped(&self) -> bool {
+    fn is_cancelled(&self) -> bool {
         self.stopped
     }
 }
@@ -179,7 +179,7 @@ impl<R: Real> WhittedTracer<'_, R> {
                     .radiance(path.segment.start_point(), direction),
             };
             path.radiance += path.throughput * seen;
-            self.record_direct_radiance(path.is_camera_ray, path.throughput * seen);
+            self.add_directly_visible_radiance(path.is_camera_ray, path.throughput * seen);
             path.remaining_segments = 0;
             return None;
         };
@@ -233,7 +233,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     ) -> Option<WhittedState<R>> {
         let shown = path.throughput * edge;
         path.radiance += shown;
-        self.record_direct_radiance(true, shown);
+        self.add_directly_visible_radiance(true, shown);
         self.first_hit
             .iter_mut()
             .for_each(|first| first.albedo = [0.0; 3]);
@@ -243,7 +243,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// Adds radiance to the directly visible radiance of a camera ray, if layers need it. `camera`:
     /// whether the radiance arrives along the camera ray.
     #[inline(always)]
-    fn record_direct_radiance(&mut self, camera: bool, radiance: R::Vec3) {
+    fn add_directly_visible_radiance(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
             self.direct += radiance;
         }

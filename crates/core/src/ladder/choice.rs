@@ -8,7 +8,7 @@ use crate::effects::{Effect, EffectSet};
 use crate::material::FresnelRule;
 use crate::scene::Scene;
 use crate::settings::{AreaShadows, Settings};
-use crate::suggest::closest_word;
+use crate::suggest::most_similar_word;
 
 /// A rung (quality level) together with its ladder (quality setting), such as `samples=16`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,7 +101,7 @@ impl fmt::Display for RungChoice {
 /// Returns the error for an unknown name. `label` says what the name stands for. The hint is the
 /// nearest known name, or all known names.
 fn unknown_rung_error(label: &str, name: &str, known: &[&str]) -> UnknownRungError {
-    let hint = match closest_word(name, known.iter().copied()) {
+    let hint = match most_similar_word(name, known.iter().copied()) {
         Some(word) => format!("did you mean `{word}`?"),
         None => format!("known: {}", known.join(", ")),
     };

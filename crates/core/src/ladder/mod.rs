@@ -5,7 +5,7 @@
 //! settings. So a rung always means the same as the command-line flag or scene key for that choice.
 
 mod choice;
-mod in_use;
+mod current_value;
 mod rungs;
 mod value;
 
@@ -118,7 +118,7 @@ impl Ladder {
             return if self == Self::Build { "none" } else { "mixed" }.to_owned();
         };
         let rung = self.rungs().iter().find(|rung| rung.value == value);
-        rung.map_or_else(|| value.name_of_number(), |rung| rung.name.to_owned())
+        rung.map_or_else(|| value.name_outside_ladder(), |rung| rung.name.to_owned())
     }
 }
 
@@ -131,7 +131,7 @@ pub fn build_quality_of_rung(rung: &str) -> Option<BuildQuality> {
 }
 
 /// Returns the name of the rung of [`Ladder::Build`] with this build quality.
-pub fn build_quality_rung(quality: BuildQuality) -> &'static str {
+pub fn rung_name_of_build_quality(quality: BuildQuality) -> &'static str {
     Ladder::Build
         .rungs()
         .iter()
@@ -178,7 +178,7 @@ pub fn applicable_ladders(
     // every surface.
     let paths = chosen_integrator(scene, settings) == Integrator::Path;
     let is_fixed = settings.sampling.is_fixed();
-    let can_be_denoised = denoise::can_denoise(settings.sampling);
+    let can_be_denoised = denoise::is_denoisable_sampling(settings.sampling);
     // Whether random numbers choose positions in the pixel, paths, or points on area lights.
     let by_chance = !is_fixed
         || paths

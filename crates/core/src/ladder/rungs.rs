@@ -71,7 +71,7 @@ ladders! {
     Shadows = "shadows", "on", Shadows;
         "off" { None } "lights without size cast no shadows"
         "hard" { Some(AreaShadows::Hard) }
-            "an area light counts as visible if its centre is: no penumbras"
+            "a surface is lit if it sees the centre of the area light: shadows without penumbras"
         "on" { Some(AreaShadows::Soft) } "shadows by every occluder, with penumbras"
     /// Sampling of area lights by path tracing.
     LightSampling = "light-sampling", "both", LightSampling;
@@ -80,7 +80,7 @@ ladders! {
         "both" { LightSampling::Both } "scattering and light sampling, weighted by their densities (multiple importance sampling)"
     /// Reflection formulas of path tracing.
     Fresnel = "fresnel", "conserving", Fresnel;
-        "schlick" { FresnelRule::Schlick } "Schlick's formula for all materials, glass too: reflectance up to 0.08 off at grazing angles"
+        "schlick" { FresnelRule::Schlick } "Schlick's formula for all materials, glass too: the error of the reflectance is up to 0.08 at grazing angles"
         "model" { FresnelRule::Model }
             "glTF's sample formulas to the letter: white plastic reflects up to 1.89 times the incident light"
         "conserving" { FresnelRule::Conserving }
@@ -98,7 +98,7 @@ ladders! {
     /// Filter of image textures.
     TextureFilter = "texture-filter", "bilinear", TextureFilter;
         "nearest" { TextureFilter::Nearest } "the nearest texel: visible blocks near the camera, and sparkles far away"
-        "mipmaps" { TextureFilter::Mipmaps } "the mean over about a pixel: no sparkles with one sample per pixel, but blurred with many"
+        "mipmaps" { TextureFilter::Mipmaps } "the mean over about a pixel: no sparkles with one sample per pixel, but a blurred picture with many"
         "bilinear" { TextureFilter::Bilinear } "the weighted mean of four texels: smooth near the camera; far away, more samples make it sharper"
     /// Greatest number of segments of a path.
     PathLength = "path-length", "8", PathLength;

@@ -131,7 +131,7 @@ fn paths_have_a_length_to_choose() {
                 ..Settings::from_scene(&scene())
             },
         );
-        let effects = crate::effects::detect(&scene, &settings);
+        let effects = crate::effects::assess_effects(&scene, &settings);
         applicable_ladders(&scene, &settings, &effects).any(|ladder| ladder == Ladder::PathLength)
     };
     assert_eq!(

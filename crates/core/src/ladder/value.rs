@@ -65,13 +65,13 @@ impl RungValue {
             }
             Self::ConstantOffset(true) => scene.classic.spawn = SpawnRule::Constant(OFFSET),
             Self::Shadows(value) => {
-                switch_effect(settings, Effect::Shadows, value.is_none());
+                set_effect_switched_off(settings, Effect::Shadows, value.is_none());
                 settings.area_shadows = value.unwrap_or_default();
             }
             Self::LightSampling(value) => settings.light_sampling = value,
             Self::Fresnel(value) => settings.fresnel = value,
             Self::Microfacets(value) => settings.microfacets = value,
-            Self::Spectral(value) => switch_effect(settings, Effect::Dispersion, !value),
+            Self::Spectral(value) => set_effect_switched_off(settings, Effect::Dispersion, !value),
             Self::TextureFilter(value) => scene
                 .textures
                 .iter_mut()
@@ -94,7 +94,7 @@ impl RungValue {
 
     /// Returns the name, in reports, of a value that is not among the rungs. It is a numeral or
     /// `unlimited`.
-    pub(super) fn name_of_number(self) -> String {
+    pub(super) fn name_outside_ladder(self) -> String {
         match self {
             Self::PathLength(Settings::UNLIMITED) => "unlimited".to_owned(),
             Self::PathLength(number) | Self::Samples(number) => number.to_string(),
@@ -106,7 +106,7 @@ impl RungValue {
 }
 
 /// Switches an effect off or on in the settings.
-fn switch_effect(settings: &mut Settings, effect: Effect, off: bool) {
+fn set_effect_switched_off(settings: &mut Settings, effect: Effect, off: bool) {
     let (effects, others) = (
         EffectSet::from_effects(&[effect]),
         settings.without.without(EffectSet::from_effects(&[effect])),

@@ -37,7 +37,7 @@ pub(super) fn entry_probability<T: Copy + Into<f64>>(cumulative: &[T], index: us
 /// its probability, and the number rescaled to [0, 1) within the entry.
 pub(super) fn sample_index<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (usize, f64, f64) {
     let at = at.min(1.0_f64.next_down());
-    entry_at(
+    locate_in_entry(
         cumulative,
         cumulative.partition_point(|&c| c.into() <= at),
         at,
@@ -72,10 +72,14 @@ pub(super) fn sample_index_guided<T: Copy + Into<f64>>(
     while cumulative[index].into() <= at {
         index += 1;
     }
-    entry_at(cumulative, index, at)
+    locate_in_entry(cumulative, index, at)
 }
 
-fn entry_at<T: Copy + Into<f64>>(cumulative: &[T], index: usize, at: f64) -> (usize, f64, f64) {
+fn locate_in_entry<T: Copy + Into<f64>>(
+    cumulative: &[T],
+    index: usize,
+    at: f64,
+) -> (usize, f64, f64) {
     let share = entry_probability(cumulative, index);
     let before = cumulative[index].into() - share;
     (

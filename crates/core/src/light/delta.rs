@@ -6,7 +6,7 @@ use raywright_bvh::{Real, Vector};
 
 use super::{LightBounds, LightDensity, LightSample, ShadowRayTarget};
 use crate::scene::{Falloff, Light as LightData, LightKind};
-use crate::validate::GREATEST;
+use crate::validate::MAX_MAGNITUDE;
 
 /// A directional, point or spot light. Such a light has no size, and no ray can hit it.
 #[derive(Clone, Copy, Debug)]
@@ -176,7 +176,7 @@ impl<R: Real> DeltaLight<R> {
             direction,
             // Close to a strong light the product may overflow `f32` to infinity, and infinity
             // times a black channel is NaN.
-            arriving: (self.colour * strength).min(R::Vec3::splat(R::from_f64(GREATEST))),
+            arriving: (self.colour * strength).min(R::Vec3::splat(R::from_f64(MAX_MAGNITUDE))),
             density: LightDensity::Delta,
             target: ShadowRayTarget::Point(position),
         })

@@ -1,11 +1,11 @@
 //! Area lights: emissive objects, sampled by points on their surfaces. If a path hits an emissive
 //! object, its emitter is looked up here.
 
-mod cells;
+mod emission_cells;
+mod emitter_point;
 mod hard_shadow;
 mod lanes;
 mod list;
-mod point;
 mod sample;
 
 use core::f64::consts::PI;
@@ -121,7 +121,7 @@ impl<R: Real> Emitters<R> {
     }
 
     /// Returns the number of emissive shapes and triangles of positive power.
-    pub fn lit_count(&self) -> usize {
+    pub fn powered_count(&self) -> usize {
         self.lit
     }
 

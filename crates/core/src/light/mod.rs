@@ -18,13 +18,13 @@
 
 mod bounds;
 mod cdf;
-mod choice;
-mod cone;
 mod delta;
+mod direction_cone;
 mod emitters;
 mod grid;
 mod irradiance;
 mod lanes;
+mod light_sampler;
 mod polygon;
 mod sky;
 mod sky_lobe;
@@ -37,9 +37,8 @@ use raywright_bvh::{Aabb, Real, Surface};
 use emitters::EmitterLanes;
 
 pub use bounds::LightBounds;
-pub use choice::{LightSampler, LightSamplerQuery};
-pub use cone::DirectionCone;
 pub use delta::DeltaLight;
+pub use direction_cone::DirectionCone;
 pub use emitters::{EmissionEstimate, EmissionPoint, EmitterList, EmitterStrategy, Emitters};
 pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
@@ -47,9 +46,10 @@ pub(crate) use lanes::{
     LANES, LaneColumn, LightSampleLanes, ShadowRayTargetKind, SurfaceLanes, Vec3Column,
     get_lane_vector, set_lane_vector,
 };
+pub use light_sampler::{LightSampler, LightSamplerQuery};
 pub use polygon::Polygon;
 pub use sky::{SkyRadiance, SkySample};
-pub(crate) use sky::{max_table_bytes, prepare_sky_radiance as prepare_sky};
+pub(crate) use sky::{max_sky_table_bytes, prepare_sky_radiance as prepare_sky};
 pub use sky_sampler::SkySampler;
 pub(crate) use usage::LightUsage;
 
@@ -167,12 +167,12 @@ impl<R: Real> Lights<R> {
     }
 
     /// Restricts sky sampling to the excess of the sky over its uniform part: see
-    /// [`SkySampler::into_excess_sampler`].
-    pub fn restrict_sky_to_excess(&mut self) {
+    /// [`SkySampler::into_bright_excess_sampler`].
+    pub fn restrict_sky_sampling_to_bright_excess(&mut self) {
         self.sky_sampler = self
             .sky_sampler
             .take()
-            .map(|sampler| sampler.into_excess_sampler(&self.sky));
+            .map(|sampler| sampler.into_bright_excess_sampler(&self.sky));
     }
 
     /// Builds the sampler of all lights; the sky is included if its sampler is built.

@@ -216,7 +216,7 @@ fn for_each_direction_batch<R: Real>(
 }
 
 /// Returns the greatest number of bytes of a sky's tables, besides the image itself.
-pub(crate) fn max_table_bytes(image: &Arc<ImageData>) -> u64 {
+pub(crate) fn max_sky_table_bytes(image: &Arc<ImageData>) -> u64 {
     if let PixelData::Linear(pixels) = &image.pixels {
         (pixels.len() * size_of::<u32>()) as u64
     } else {

@@ -28,7 +28,7 @@ pub struct SkySampler {
     form: SkySamplerKind,
     flux: f64,
     /// Sampling density per steradian from which on a direction belongs to a small bright part of
-    /// the sky, see [`Self::small_part_density`].
+    /// the sky, see [`Self::bright_region_density`].
     small_part_density: Option<f64>,
 }
 
@@ -86,7 +86,7 @@ impl SkySampler {
                 })
             }
         };
-        sampler.map(|sampler| sampler.detect_small_bright_part(sky))
+        sampler.map(|sampler| sampler.detect_small_bright_region(sky))
     }
 
     /// Restricts sampling to the excess of the sky over its uniform part: the suns without the
@@ -97,7 +97,7 @@ impl SkySampler {
     /// better ("MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling",
     /// Karlík et al. 2019).
     #[must_use]
-    pub fn into_excess_sampler<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
+    pub fn into_bright_excess_sampler<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         let excess = match (&self.form, &sky.kind) {
             (SkySamplerKind::Lobes { lobes, shares }, _) => {
                 let fluxes = lobes.iter().enumerate().map(|(i, lobe)| match lobe {
@@ -121,7 +121,7 @@ impl SkySampler {
             // The choice among lights needs the flux of the whole sky.
             Some(excess) => Self {
                 flux: self.flux,
-                ..excess.detect_small_bright_part(sky)
+                ..excess.detect_small_bright_region(sky)
             },
             None => self,
         }
@@ -141,7 +141,7 @@ impl SkySampler {
     /// Detects a small bright part of the sky by the mean density ∫p² of sampled directions, where
     /// p is the sampling density. This mean measures how concentrated the light is. It thereby
     /// measures the noise of paths that hit the bright part by chance.
-    fn detect_small_bright_part<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
+    fn detect_small_bright_region<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         const SIDE: u16 = 16;
         let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(SIDE);
         let drawn = (0..SIDE * SIDE)
@@ -159,7 +159,7 @@ impl SkySampler {
     /// Returns the sampling density per steradian from which on a direction belongs to a small
     /// bright part of the sky. `None` if the sky has no such part.
     #[inline(always)]
-    pub fn small_part_density(&self) -> Option<f64> {
+    pub fn bright_region_density(&self) -> Option<f64> {
         self.small_part_density
     }
 

@@ -1,9 +1,9 @@
 //! The BSDF of a surface at a point: a list of lobes, evaluated, sampled and weighted together. The
 //! type of the lobes is a parameter: code for common materials contains no rare lobes.
 
-use super::frame::ShadingFrame;
 use super::lobe::Lobe;
-use super::lobe_kind::{BsdfLobe, Directions};
+use super::lobe_traits::{BsdfLobe, Directions};
+use super::shading_frame::ShadingFrame;
 use crate::number::{Mask, Number, Vector3};
 
 /// Greatest number of lobes of a BSDF of [`Lobe`]s.

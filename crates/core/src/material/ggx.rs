@@ -5,8 +5,8 @@
 
 use core::f64::consts::PI;
 
-use super::frame::ShadingFrame;
-use super::lobe_kind::{Directions, sample_disk};
+use super::lobe_traits::{Directions, sample_disk};
+use super::shading_frame::ShadingFrame;
 use crate::number::{Number, Vector3};
 
 /// Least perceptual roughness of a glossy lobe. A smoother surface would show a delta light as a

@@ -4,13 +4,13 @@
 use glam::DVec3;
 
 use super::dielectric::{Dielectric, fresnel as facet_fresnel};
-use super::film::ThinFilm;
-use super::frame::ShadingFrame;
 use super::fresnel::{self, FresnelRule, schlick_weight};
 use super::ggx::Ggx;
 use super::interface::SmoothInterface;
-use super::lobe_kind::{Directions, ScatteringLobe, renormalize};
+use super::lobe_traits::{Directions, ScatteringLobe, normalize_if_drifted};
 use super::multiple_scattering::{MultipleScattering, hemispherical_mean_reflectance};
+use super::shading_frame::ShadingFrame;
+use super::thin_film::ThinFilm;
 use crate::number::{Mask, Number, Vector3};
 
 /// Reflectance of a glass boundary by Fresnel's equations or Schlick's formula, with a tint and an
@@ -48,7 +48,7 @@ impl<N: Number> TintedFresnel<N> {
             return bare.to_array();
         };
         let at_normal = (self.reflected.lane(lane) * f0).to_array();
-        let filmed = super::film::thin_film_reflectance(
+        let filmed = super::thin_film::thin_film_reflectance(
             outside,
             N::f64_lane(film.ior, lane),
             film.thickness.lane(lane),
@@ -359,7 +359,7 @@ impl<N: Number> ScatteringLobe<N> for ThinDielectric<N> {
         let cosine = normal.dot(wo);
         let found = self.reflectance(cosine);
         let chance = found.max_element();
-        let mirror = renormalize::<N>(normal * (N::from_f64(2.0) * cosine) - wo);
+        let mirror = normalize_if_drifted::<N>(normal * (N::from_f64(2.0) * cosine) - wo);
         let on = self.transmitted * (N::Vec3::ONE - found) / (N::ONE - chance);
         let reflects = chance.greater_than(u);
         let weight = N::Vec3::select(reflects, found / chance, on);

@@ -2,8 +2,8 @@
 
 use core::f64::consts::PI;
 
-use super::frame::ShadingFrame;
-use super::lobe_kind::{BsdfLobe, Directions, ScatteringLobe, sample_cosine_hemisphere};
+use super::lobe_traits::{BsdfLobe, Directions, ScatteringLobe, sample_cosine_hemisphere};
+use super::shading_frame::ShadingFrame;
 use crate::number::{Number, Vector3};
 
 /// Lambert's lobe: it reflects the same radiance in every direction.

@@ -4,14 +4,15 @@ use core::f64::consts::PI;
 
 use super::dielectric::Dielectric;
 use super::energy::EnergyComplement;
-use super::frame::ShadingFrame;
 use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, alpha_from_roughness, reflect, sample_wm};
 use super::lambert::Lambert;
-use super::lobe_kind::{
-    BsdfLobe, Directions, ScatteringLobe, renormalize, sample_cosine_hemisphere, sample_disk,
+use super::lobe_traits::{
+    BsdfLobe, Directions, ScatteringLobe, normalize_if_drifted, sample_cosine_hemisphere,
+    sample_disk,
 };
 use super::multiple_scattering::MultipleScattering;
+use super::shading_frame::ShadingFrame;
 use crate::number::{Mask, Number, Vector3};
 
 /// A lobe of the BSDF of a common material: a surface without layers such as a coat or sheen.
@@ -194,7 +195,7 @@ impl<N: Number> ScatteringLobe<N> for Lobe<N> {
         }
         let cosine = normal.dot(wo);
         (
-            renormalize::<N>(normal * (N::from_f64(2.0) * cosine) - wo),
+            normalize_if_drifted::<N>(normal * (N::from_f64(2.0) * cosine) - wo),
             self.reflectance(cosine),
         )
     }

@@ -11,8 +11,8 @@
 //! use glam::DVec3;
 //! use raywright_core::material::MetallicRoughness;
 //!
-//! let base = DVec3::new(0.8, 0.2, 0.1);
-//! let paint = MetallicRoughness::<f64> { base, metallic: 0.0, roughness: 0.5, dielectric: 0.04, grazing: 1.0, glass: None };
+//! let diffuse_base = DVec3::new(0.8, 0.2, 0.1);
+//! let paint = MetallicRoughness::<f64> { diffuse_base, metallic: 0.0, roughness: 0.5, dielectric: 0.04, grazing: 1.0, glass: None };
 //! let (wo, wi) = (DVec3::Y, DVec3::new(0.6, 0.8, 0.0));
 //! let bsdf = paint.local_bsdf(DVec3::Y, wo);
 //! assert!(bsdf.eval(wo, wi).x > bsdf.eval(wo, wi).y && bsdf.pdf(wo, wi) > 0.0);
@@ -21,53 +21,53 @@
 use std::sync::LazyLock;
 
 mod albedo;
-mod base;
-mod boundary;
 mod bsdf;
 mod dielectric;
+mod diffuse_base;
 mod energy;
-mod film;
-mod frame;
 mod fresnel;
 mod ggx;
 mod glass_layer;
 mod interface;
 mod lambert;
-mod layer;
-mod layered;
+mod layer_fields;
+mod layer_lobes;
+mod layered_surface;
 mod lobe;
-mod lobe_kind;
+mod lobe_traits;
 mod metallic_roughness;
+mod microfacet_reflectance;
 mod multiple_scattering;
 mod normal_map;
-mod reflectance;
+mod rough_boundary_tables;
+mod shading_frame;
 mod sheen;
 mod spectrum;
-mod stage;
 #[cfg(test)]
 mod tests;
+mod thin_film;
 
 pub use bsdf::{Bsdf, BsdfSample, MOST_LOBES};
 pub use dielectric::Dielectric;
-pub use film::ThinFilm;
-pub use frame::ShadingFrame;
 pub use fresnel::{
     FresnelRule, environment_reflectance, fresnel_conductor, fresnel_dielectric, schlick,
     schlick_weight,
 };
 pub(crate) use interface::SmoothInterface;
 pub use lambert::Lambert;
-pub use layer::*;
-pub use layered::*;
+pub use layer_fields::{LayerFieldEvaluator, LayerFieldTypes};
+pub use layer_lobes::*;
+pub use layered_surface::*;
 pub use lobe::Lobe;
-pub(crate) use lobe_kind::sample_cosine_hemisphere;
-pub use lobe_kind::{BsdfLobe, Directions, ScatteringLobe};
+pub(crate) use lobe_traits::sample_cosine_hemisphere;
+pub use lobe_traits::{BsdfLobe, Directions, ScatteringLobe};
 pub use metallic_roughness::{Glass, MetallicRoughness};
 pub use multiple_scattering::MultipleScattering;
 pub use normal_map::{NormalMap, ensure_reflection_above};
+pub use shading_frame::ShadingFrame;
 pub use sheen::Sheen;
 pub(crate) use spectrum::{HeroWavelength, ior_at_wavelength};
-pub use stage::{LayerFieldEvaluator, LayerFieldTypes};
+pub use thin_film::ThinFilm;
 
 /// The lazily computed tables that a scene's materials need. The content of a table does not depend
 /// on the scene.

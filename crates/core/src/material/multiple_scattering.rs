@@ -11,11 +11,11 @@
 use core::f64::consts::PI;
 
 use super::albedo::Albedo;
-use super::boundary;
 use super::energy::cosine_weighted_mean;
-use super::frame::ShadingFrame;
 use super::ggx::Ggx;
-use super::lobe_kind::{Directions, ScatteringLobe, sample_cosine_either_side};
+use super::lobe_traits::{Directions, ScatteringLobe, sample_cosine_either_side};
+use super::rough_boundary_tables;
+use super::shading_frame::ShadingFrame;
 use crate::number::{Number, Vector3};
 
 /// Lower limit of a mean used as a divisor.
@@ -74,7 +74,7 @@ impl<N: Number> MultipleScattering<N> {
         let smooth = |lane: usize| {
             let eta = eta.lane(lane);
             [
-                boundary::smooth_mean_reflectance(eta.max(1.0 / eta)),
+                rough_boundary_tables::smooth_mean_reflectance(eta.max(1.0 / eta)),
                 (1.0 / eta).min(1.0).powi(2),
             ]
         };
@@ -141,7 +141,7 @@ impl<N: Number> MultipleScattering<N> {
     /// hemispherical mean.
     fn boundary_loss(&self, eta: N, tint: [N::Vec3; 2], cosine: Option<N>) -> N::Vec3 {
         let both = <N::Vec3 as Vector3<N>>::from_lanes(|lane| {
-            let [whole, clear] = boundary::single_scattering_loss(
+            let [whole, clear] = rough_boundary_tables::single_scattering_loss(
                 eta.lane(lane),
                 self.roughness.lane(lane),
                 cosine.map(|cosine| cosine.lane(lane)),

@@ -2,7 +2,7 @@
 //! reflect the view below the surface. Such normals are bent until the reflected direction lies
 //! above the surface.
 
-use super::frame::ShadingFrame;
+use super::shading_frame::ShadingFrame;
 use crate::number::{Mask, Number, Vector3};
 
 /// The value of a normal map at a hit, with the geometry that it perturbs.

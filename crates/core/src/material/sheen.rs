@@ -5,9 +5,9 @@ use core::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
 use super::albedo::table_position;
-use super::frame::ShadingFrame;
-use super::lobe_kind::{Directions, ScatteringLobe, sample_disk};
-use super::stage::layer;
+use super::layer_fields::layer;
+use super::lobe_traits::{Directions, ScatteringLobe, sample_disk};
+use super::shading_frame::ShadingFrame;
 use crate::number::{Number, Vector3};
 
 /// Least perceptual roughness of sheen. At lower roughness the exponent 1/α would exceed the
@@ -20,7 +20,7 @@ layer! {
     /// Colour of the sheen. Its brightness is the strength of the sheen.
     colour: Tint by eval_tint;
     /// Perceptual roughness; α is its square.
-    roughness: Share by eval_share;
+    roughness: Share by eval_unit_number;
 }
 
 impl<N: Number> Sheen<N> {
@@ -147,7 +147,7 @@ fn tabulate_albedo(lobe: SheenFunction) -> Vec<f64> {
     let entry = |i: usize| {
         integrate_albedo(
             lobe,
-            table_cosine(share(i % STEPS)),
+            cosine_at_table_coordinate(share(i % STEPS)),
             LEAST + (1.0 - LEAST) * share(i / STEPS),
             POINTS,
         )
@@ -157,7 +157,7 @@ fn tabulate_albedo(lobe: SheenFunction) -> Vec<f64> {
 
 /// Returns the cosine at a table coordinate in [0, 1]. Steps are finer towards grazing angles,
 /// where sheen is strongest.
-fn table_cosine(share: f64) -> f64 {
+fn cosine_at_table_coordinate(share: f64) -> f64 {
     (share * share).max(1e-3)
 }
 

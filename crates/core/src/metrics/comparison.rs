@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::{
-    DEFAULT_PIXELS_PER_DEGREE, MetricsError, PictureErrors, Statistics, check_sizes, flip,
-    max_channel_differences, picture_errors, share_of_pixels_above, statistics,
+    DEFAULT_PIXELS_PER_DEGREE, MeanAndQuantiles, MetricsError, PictureErrors, check_sizes, flip,
+    max_channel_differences, mean_and_quantiles, picture_errors, share_of_pixels_above,
 };
 use crate::display::Display;
 use crate::picture::{Encoding, Picture};
@@ -40,10 +40,10 @@ pub struct Comparison {
     pub errors: PictureErrors,
     /// For each of several thresholds, the share of the pixels whose display values differ by more
     /// than the threshold.
-    pub beyond: Vec<ExceedingPixels>,
+    pub beyond: Vec<ShareAboveThreshold>,
     /// Mean and quantiles over all pixels of the FLIP difference of display values, at
     /// [`DEFAULT_PIXELS_PER_DEGREE`].
-    pub flip: Statistics,
+    pub flip: MeanAndQuantiles,
     /// Largest difference of coverage, 0 to 1; `None` if neither picture has coverage. If only one
     /// picture has it, the other picture has the coverage 1 everywhere.
     pub coverage: Option<f64>,
@@ -73,7 +73,7 @@ pub struct CoverageErrors {
 
 /// Share of the pixels in which some channel differs by more than a threshold or is not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ExceedingPixels {
+pub struct ShareAboveThreshold {
     /// Threshold in 255ths of the display range.
     pub codes: u32,
     /// Share of all pixels, 0 to 1.
@@ -97,9 +97,9 @@ pub fn compare(
         picture.encoding == Encoding::Linear && reference.encoding == Encoding::Linear;
     let sides = [picture, reference];
     let shown = sides.map(|side| match side.encoding {
-        Encoding::Linear if both_linear => Some(display.to_values(side.picture)),
+        Encoding::Linear if both_linear => Some(display.to_display_values(side.picture)),
         // Display values are stored unassociated, linear values premultiplied.
-        Encoding::Linear => Some(display.to_values(&side.picture.to_straight_alpha())),
+        Encoding::Linear => Some(display.to_display_values(&side.picture.to_straight_alpha())),
         Encoding::Display => None,
     });
     let values = [0, 1].map(|i| shown[i].as_ref().unwrap_or(sides[i].picture));
@@ -110,9 +110,9 @@ pub fn compare(
     };
     let flip_map = flip(values[0], values[1], DEFAULT_PIXELS_PER_DEGREE)?;
     let differences = max_channel_differences(values[0], values[1])?;
-    let beyond = THRESHOLDS.map(|codes| ExceedingPixels {
+    let beyond = THRESHOLDS.map(|codes| ShareAboveThreshold {
         codes,
-        share: share_of_pixels_above(&differences, threshold_of_codes(codes)),
+        share: share_of_pixels_above(&differences, codes_to_display_threshold(codes)),
     });
     let coverage = max_coverage_difference(picture.picture, reference.picture);
     Ok(Comparison {
@@ -127,7 +127,7 @@ pub fn compare(
         },
         errors: picture_errors(numbers[0], numbers[1])?,
         beyond: beyond.to_vec(),
-        flip: statistics(&flip_map),
+        flip: mean_and_quantiles(&flip_map),
         coverage,
         coverage_errors: coverage
             .map(|largest| coverage_errors(picture.picture, reference.picture, largest))
@@ -138,7 +138,7 @@ pub fn compare(
 
 /// Converts a threshold from 255ths to a display value. A threshold above zero is increased by
 /// 1e-6. Without this margin, rounding could let a difference of exactly the threshold exceed it.
-fn threshold_of_codes(codes: u32) -> f64 {
+fn codes_to_display_threshold(codes: u32) -> f64 {
     if codes == 0 {
         0.0
     } else {
@@ -204,7 +204,7 @@ fn coverage_errors(a: &Picture, b: &Picture, largest: f64) -> Result<CoverageErr
         psnr,
         ..
     } = picture_errors(&a, &b)?;
-    let flip = statistics(&flip(&a, &b, DEFAULT_PIXELS_PER_DEGREE)?).mean;
+    let flip = mean_and_quantiles(&flip(&a, &b, DEFAULT_PIXELS_PER_DEGREE)?).mean;
     Ok(CoverageErrors {
         non_finite,
         rmse,
@@ -258,7 +258,7 @@ mod tests {
             exposure_stops: -1.0,
             ..Display::default()
         };
-        let shown = display.to_values(&picture);
+        let shown = display.to_display_values(&picture);
         let side = ComparedPicture {
             picture: &shown,
             encoding: Encoding::Display,
@@ -300,7 +300,7 @@ mod tests {
                 encoding: Encoding::Display,
             };
             let beyond = compare(side(&a), side(&b), Display::PLAIN).unwrap().beyond;
-            let expected = [0, 1, 2, 8, 32].map(|codes| ExceedingPixels {
+            let expected = [0, 1, 2, 8, 32].map(|codes| ShareAboveThreshold {
                 codes,
                 share: if apart > codes { 1.0 } else { 0.0 },
             });

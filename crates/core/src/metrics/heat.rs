@@ -22,7 +22,7 @@ const SCALE: [[f64; 3]; 8] = [
 /// colours under [`Display::PLAIN`](crate::display::Display::PLAIN).
 pub fn heat_map(width: u32, height: u32, values: &[f32], full: f32) -> Picture {
     let colour = |value: &f32| {
-        let rgb = colour_of_scale(f64::from(value / full));
+        let rgb = heat_scale_colour(f64::from(value / full));
         rgb.map(|x| curve::decode_transfer(TransferCurve::Srgb, x) as f32)
     };
     let mut picture = Picture::new(width, height);
@@ -32,7 +32,7 @@ pub fn heat_map(width: u32, height: u32, values: &[f32], full: f32) -> Picture {
     picture
 }
 
-fn colour_of_scale(x: f64) -> [f64; 3] {
+fn heat_scale_colour(x: f64) -> [f64; 3] {
     let place = x.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
     let index = (place as usize).min(SCALE.len() - 2);
     let (low, high, share) = (SCALE[index], SCALE[index + 1], place - index as f64);
@@ -64,7 +64,7 @@ mod tests {
     fn ends_and_nan_are_defined() {
         let map = |value| {
             Display::PLAIN
-                .prepare()
+                .build_map()
                 .display_values(heat_map(1, 1, &[value], 0.5).rgb[0])
         };
         assert_eq!(map(-1.0), map(0.0));

@@ -8,7 +8,7 @@ mod heat;
 mod noise;
 mod statistics;
 
-pub use comparison::{ComparedPicture, Comparison, CoverageErrors, ExceedingPixels, compare};
+pub use comparison::{ComparedPicture, Comparison, CoverageErrors, ShareAboveThreshold, compare};
 pub(crate) use errors::RELATIVE_FLOOR;
 pub use errors::{
     PictureErrors, WorstPixel, max_channel_differences, picture_errors, share_of_pixels_above,
@@ -16,7 +16,7 @@ pub use errors::{
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip};
 pub use heat::heat_map;
 pub use noise::{NoiseTestResult, PictureWithErrors, TestedBlock, test_against_noise};
-pub use statistics::{Statistics, statistics, student_factor_95};
+pub use statistics::{MeanAndQuantiles, mean_and_quantiles, student_factor_95};
 
 use crate::picture::Picture;
 

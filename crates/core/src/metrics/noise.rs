@@ -110,7 +110,7 @@ impl BlockSums {
 
     /// Returns the summed difference in units of its standard error, and the probability that noise
     /// alone causes a difference at least as large.
-    fn t_test(&self) -> (f64, f64) {
+    fn student_t_test(&self) -> (f64, f64) {
         let beyond_rounding = (self.difference.abs() - ROUNDING * self.size).max(0.0);
         if beyond_rounding == 0.0 {
             return (0.0, 1.0);
@@ -230,7 +230,7 @@ pub fn test_against_noise(
     let cells: Vec<([BlockSums; 3], usize)> = (0..columns * rows)
         .into_par_iter()
         .map(|cell| {
-            cell_sums(
+            sum_over_smallest_blocks(
                 picture,
                 reference,
                 [cell % columns * step, cell / columns * step],
@@ -259,7 +259,7 @@ pub fn test_against_noise(
 
 /// Returns the sums over a square of pixels for each channel, and the number of pixels left out.
 /// `[x, y]` is the column and row of the upper left pixel; `edge` is in pixels.
-fn cell_sums(
+fn sum_over_smallest_blocks(
     picture: &PictureWithErrors<'_>,
     reference: &PictureWithErrors<'_>,
     [x, y]: [u32; 2],
@@ -353,7 +353,7 @@ impl NoiseTests {
                 .enumerate()
                 .filter(|(_, sums)| sums.pixels > 0.0)
             {
-                let (deviation, probability) = sums.t_test();
+                let (deviation, probability) = sums.student_t_test();
                 let probability = (probability * tests as f64).min(1.0);
                 is_beyond |= probability <= self.level;
                 if self.clearest.is_none_or(|clearest| {

@@ -5,7 +5,7 @@ use serde::Serialize;
 /// Mean, quantiles and range of a list of numbers. Quantiles are interpolated linearly between
 /// sorted neighbours (type 7 of Hyndman and Fan, "Sample Quantiles in Statistical Packages", 1996).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Statistics {
+pub struct MeanAndQuantiles {
     /// Arithmetic mean.
     pub mean: f64,
     /// Least number.
@@ -25,12 +25,12 @@ pub struct Statistics {
 }
 
 /// Returns mean and quantiles of numbers without NaN; all zero for an empty slice.
-pub fn statistics(values: &[f32]) -> Statistics {
+pub fn mean_and_quantiles(values: &[f32]) -> MeanAndQuantiles {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f32::total_cmp);
     let mean = values.iter().map(|&x| f64::from(x)).sum::<f64>() / values.len().max(1) as f64;
     let at = |share| quantile(&sorted, share);
-    Statistics {
+    MeanAndQuantiles {
         mean,
         minimum: at(0.0),
         first_quartile: at(0.25),
@@ -118,7 +118,7 @@ mod tests {
     #[test]
     fn quantiles_are_ranks() {
         let values: Vec<f32> = (0..=1000).map(|i| ((i * 389) % 1001) as f32).collect();
-        let s = statistics(&values);
+        let s = mean_and_quantiles(&values);
         assert_eq!(
             (s.mean, s.minimum, s.first_quartile, s.median),
             (500.0, 0.0, 250.0, 500.0)
@@ -138,10 +138,13 @@ mod tests {
     /// is that number; quantiles of an empty slice are zero.
     #[test]
     fn few_numbers_are_enough() {
-        assert_eq!(statistics(&[3.0, 1.0]).first_quartile, 1.5);
-        assert_eq!(statistics(&[2.0]).percentile_99, 2.0);
-        assert_eq!(statistics(&[]), Statistics::default());
-        assert_eq!(statistics(&[f32::INFINITY; 2]).median, f64::INFINITY);
+        assert_eq!(mean_and_quantiles(&[3.0, 1.0]).first_quartile, 1.5);
+        assert_eq!(mean_and_quantiles(&[2.0]).percentile_99, 2.0);
+        assert_eq!(mean_and_quantiles(&[]), MeanAndQuantiles::default());
+        assert_eq!(
+            mean_and_quantiles(&[f32::INFINITY; 2]).median,
+            f64::INFINITY
+        );
     }
 
     /// Protects: every entry of the table and the expansion beyond it: the integral of Student's

@@ -18,7 +18,7 @@ pub(super) struct EmitterFilter {
 
 /// Emission of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Emission {
+pub(super) enum MaterialEmission {
     /// Uniform radiance.
     Uniform(Colour),
     /// Radiance evaluated at each point.
@@ -37,15 +37,15 @@ impl EmitterFilter {
 
     /// Returns the emission of a selected material. `None` if the material does not emit or is not
     /// selected.
-    pub fn selected_emission(self, material: &Material) -> Option<Emission> {
+    pub fn selected_emission(self, material: &Material) -> Option<MaterialEmission> {
         match material.uniform_emission() {
             Some(_)
                 if self.uniform && self.evaluated_at_hits && material.is_partly_transparent() =>
             {
-                Some(Emission::Varying)
+                Some(MaterialEmission::Varying)
             }
-            Some(radiance) if self.uniform => Some(Emission::Uniform(radiance)),
-            None if self.varying && material.emits() => Some(Emission::Varying),
+            Some(radiance) if self.uniform => Some(MaterialEmission::Uniform(radiance)),
+            None if self.varying && material.emits() => Some(MaterialEmission::Varying),
             _ => None,
         }
     }

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad, SampleArea, TransformedShape, Triangle};
 use raywright_bvh::{PrimitiveSet, Real, Side, Surface, Vector, Visibility};
 
-use super::emitter_filter::{Emission, EmitterFilter};
+use super::emitter_filter::{EmitterFilter, MaterialEmission};
 use super::error::{PrepareError, check_cancelled};
 use super::geometry::{CANCEL_CHECK_INTERVAL, add_triangles, side_from_rule};
 use crate::generate::{objects_relative_to, objects_with_counts};
@@ -54,7 +54,7 @@ fn count_varying_triangles(
         let varies = lookup
             .material(&object.material)
             .is_some_and(|(_, material)| {
-                requested.selected_emission(material) == Some(Emission::Varying)
+                requested.selected_emission(material) == Some(MaterialEmission::Varying)
             });
         let triangles = lookup
             .mesh_data(name)
@@ -94,10 +94,10 @@ pub(super) fn list_emitters<R: Real>(
             continue;
         };
         let source = match requested.selected_emission(material) {
-            Some(Emission::Uniform(radiance)) => {
+            Some(MaterialEmission::Uniform(radiance)) => {
                 EmissionSource::Uniform(Vector::from_f64(radiance.0.into()))
             }
-            Some(Emission::Varying) => EmissionSource::Varying(VaryingEmission {
+            Some(MaterialEmission::Varying) => EmissionSource::Varying(VaryingEmission {
                 material: &materials[position],
                 texture_tables,
                 partly_transparent: material.is_partly_transparent(),
@@ -149,7 +149,12 @@ impl<R: Real> VaryingEmission<'_, R> {
     /// Returns the radiance at a point times the surface's alpha. Constants replace inputs that
     /// depend on a ray. The result serves only as a sampling weight of emitters, so it does not
     /// change the expectation of a picture.
-    fn eval(&self, surface: &Surface<R>, uv: [[R; 2]; MOST_UV_SETS], colour: [R; 4]) -> R::Vec3 {
+    fn eval_radiance_times_alpha(
+        &self,
+        surface: &Surface<R>,
+        uv: [[R; 2]; MOST_UV_SETS],
+        colour: [R; 4],
+    ) -> R::Vec3 {
         let interaction = Interaction {
             surface: *surface,
             normal: surface.normal,
@@ -207,7 +212,7 @@ fn add_shape<R: Real>(
             eval_on_grid(SHAPE_GRID_SIZE, &mut found, |uv| {
                 let surface = drawn(uv);
                 surface.map_or(Vector::ZERO, |surface| {
-                    varied.eval(&surface, [uv; MOST_UV_SETS], [R::ONE; 4])
+                    varied.eval_radiance_times_alpha(&surface, [uv; MOST_UV_SETS], [R::ONE; 4])
                 })
             });
             EmissionEstimate::from_emission_samples(&found, varied.partly_transparent)
@@ -348,7 +353,7 @@ fn eval_on_triangle<R: Real>(
         }
     });
     let (surface_point, _) = triangle.sample_area(u, v);
-    varied.eval(&surface_point.to_scalar::<R>(), uv, colour)
+    varied.eval_radiance_times_alpha(&surface_point.to_scalar::<R>(), uv, colour)
 }
 
 #[cfg(test)]

@@ -31,7 +31,7 @@ pub enum PrepareError {
     },
     /// The scene uses a name that it does not define. Validation reports the same problem with its
     /// place in the file.
-    #[error("{path}: there is no {kind} named `{name}`")]
+    #[error("{path}: the scene defines no {kind} named `{name}`")]
     Missing {
         /// Path of the field that uses the name.
         path: String,
@@ -59,7 +59,7 @@ pub enum PrepareError {
     #[error("preparation was cancelled")]
     Cancelled,
     /// The estimated memory exceeds the limit that the settings set. Nothing was built.
-    #[error("rendering needs about {} bytes of memory, but the limit is {allowed} bytes", needed.total())]
+    #[error("rendering needs about {} bytes of memory, but only {allowed} bytes are allowed; reduce the picture's size or increase the limit", needed.total())]
     Memory {
         /// Estimated memory by purpose.
         needed: MemoryUse,
@@ -67,7 +67,7 @@ pub enum PrepareError {
         allowed: u64,
     },
     /// The system cannot provide the estimated memory. Nothing was built.
-    #[error("rendering needs about {} bytes of memory, which the system cannot provide", needed.total())]
+    #[error("rendering needs about {} bytes of memory, which the system cannot provide; reduce the picture's size or the scene", needed.total())]
     OutOfMemory {
         /// Estimated memory by purpose.
         needed: MemoryUse,

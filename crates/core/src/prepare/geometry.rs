@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use raywright_bvh::{AcceleratorKind, Geometry, Occlusion, Real, Side};
 
-use super::collapse::find_collapsed_objects_relative_to;
+use super::collapsed_shapes::find_collapsed_objects_relative_to;
 use super::error::{PrepareError, check_cancelled};
 use crate::generate::{PlacedObject, all_objects, objects_relative_to};
 use crate::lookup::SceneLookup;

@@ -193,7 +193,7 @@ impl<'a, R: Real> InputCompiler<'a, R> {
             other.footprint_source.is_some()
                 && other.set == set
                 && size(other.image) == size(image)
-                && other.sampler.shares_footprint(sampler)
+                && other.sampler.has_same_footprint(sampler)
         };
         let found = textures
             .iter()

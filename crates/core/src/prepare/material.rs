@@ -97,7 +97,7 @@ impl<R: Real> PreparedMaterial<R> {
     }
 
     /// Whether the surface is a thin wall, which transmits light without refraction.
-    pub fn is_thin(&self) -> bool {
+    pub fn is_thin_wall(&self) -> bool {
         matches!(self, Self::Physical(m) if m.is_thin())
     }
 

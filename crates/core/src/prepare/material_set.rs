@@ -105,7 +105,7 @@ impl<R: Real> MaterialSet<R> {
     }
 
     /// Whether any material absorbs light inside the body that it encloses.
-    pub fn absorbs(&self) -> bool {
+    pub fn has_absorbing_material(&self) -> bool {
         self.materials
             .iter()
             .any(|material| material.absorption().is_some())

@@ -1,25 +1,25 @@
 //! Preparation of a validated scene for an integrator. Preparation may fail, allocate, sort and
 //! decide; rendering may not.
 
-mod assemble;
-mod collapse;
+mod collapsed_shapes;
 mod context;
 mod emitter_filter;
 mod emitters;
 mod error;
 mod estimate;
-mod gap;
 mod geometry;
 mod inputs;
-mod leak;
+mod light_leaks;
 mod lights;
 mod material;
 mod material_set;
+mod prepared_parts;
 mod prepared_scene;
 mod studio;
 mod studio_setup;
 mod tangents;
-mod unreached;
+mod unreached_lights;
+mod unresolved_gaps;
 
 use std::collections::BTreeMap;
 
@@ -36,15 +36,13 @@ use crate::origin::camera_relative_to;
 use crate::scene::{self, Scene, Sky, Studio};
 use crate::settings::Settings;
 
-use assemble::PreparedParts;
-pub(crate) use collapse::{find_collapsed_objects, round_to_scalar};
+pub(crate) use collapsed_shapes::{find_collapsed_objects, round_to_scalar};
 use context::PrepareContext;
 pub use error::PrepareError;
 pub(crate) use error::check_cancelled;
 pub(crate) use estimate::estimate_memory;
-pub use gap::UnresolvedGap;
 pub(crate) use geometry::{ObjectMesh, ObjectRecord, build_geometry};
-pub use leak::{LampRef, LightLeak};
+pub use light_leaks::{LampRef, LightLeak};
 use lights::{build_sky_sampler, prepare_irradiance, prepare_lights};
 pub(crate) use material::{
     AnisotropyFrame, ClassicInputs, ConstantIor, FilmThickness, InputFieldTypes, LayeredInputs,
@@ -52,9 +50,11 @@ pub(crate) use material::{
     SpecularInputs, TransmissionInputs,
 };
 use material_set::MaterialSet;
+use prepared_parts::PreparedParts;
 pub(crate) use prepared_scene::PreparedSpawnRule;
-pub use prepared_scene::{PreparedScene, TableCounts};
-pub use unreached::UnreachedLight;
+pub use prepared_scene::{PreparedScene, TableSizes};
+pub use unreached_lights::UnreachedLight;
+pub use unresolved_gaps::UnresolvedGap;
 
 impl<R: Real> PreparedScene<R> {
     /// Prepares a scene for rendering with the simulated effects. Tables of other effects stay

@@ -132,7 +132,7 @@ pub struct PreparedScene<R: Real> {
 
 /// Sizes of the tables of a prepared scene, for reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct TableCounts {
+pub struct TableSizes {
     /// Primitives of the scene's top level; an instance counts as one primitive.
     pub primitives: usize,
     /// Unbounded primitives of the top level.
@@ -247,13 +247,13 @@ impl<R: Real> PreparedScene<R> {
     }
 
     /// Returns the sizes of the tables. Tables of absent effects are empty.
-    pub fn table_counts(&self) -> TableCounts {
-        TableCounts {
+    pub fn table_counts(&self) -> TableSizes {
+        TableSizes {
             primitives: self.geometry.len(),
             unbounded: self.geometry.unbounded_count(),
             instances: self.geometry.instance_count(),
             lights: self.lights.delta.len(),
-            emitters: self.lights.emitters.lit_count(),
+            emitters: self.lights.emitters.powered_count(),
             materials: self
                 .materials
                 .iter()

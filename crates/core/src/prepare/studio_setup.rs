@@ -82,7 +82,7 @@ impl<R: Real> PreparedScene<R> {
         }
         let radiance = studio.backdrop.or(self.studio_backdrop).unwrap_or_else(|| {
             let is_bright = self
-                .median_brightness()
+                .median_object_brightness()
                 .is_none_or(|brightness| brightness > BRIGHT);
             if is_bright {
                 Studio::DARK_BACKDROP
@@ -97,7 +97,7 @@ impl<R: Real> PreparedScene<R> {
     /// Returns the median display brightness, 0 to 1, of the surfaces that parallel rays from six
     /// fixed directions hit; `None` if no ray hits. It does not depend on the camera, so the
     /// backdrop is the same from all sides.
-    fn median_brightness(&self) -> Option<f64> {
+    fn median_object_brightness(&self) -> Option<f64> {
         const EDGE: u16 = 16;
         let bounds = self.geometry.bounded_primitives_box();
         if bounds.is_empty() {

@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Ray, Real};
 
-use super::lookahead::SampleBatch;
+use super::sample_stream::SampleBatch;
 use super::tile_job::TileJob;
 use crate::integrator::{LightTransport, PACKET};
 use crate::sampler::{SampleAddress, SamplePurpose, SampleSequence, sample_2d, sample_4d_batch};

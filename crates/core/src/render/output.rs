@@ -96,7 +96,7 @@ impl RenderOutput {
             return Cow::Borrowed(&self.picture);
         };
         let mut all = self.picture.clone();
-        all.layers.extend(denoised.layers());
+        all.layers.extend(denoised.to_picture_layers());
         Cow::Owned(all)
     }
 }

@@ -45,7 +45,7 @@ impl<'f> WorkQueue<'f> {
                 (0..plan.replicates).all(|replicate| film.samples_drawn(tile, replicate) == 0),
             );
             for replicate in replicates.clone() {
-                let next = plan.next_pass(
+                let next = plan.next_sample_range(
                     film.sample_goal(tile, replicate),
                     film.samples_drawn(tile, replicate),
                 );
@@ -63,7 +63,7 @@ impl<'f> WorkQueue<'f> {
 
     /// Stores the result of a finished unit and returns the next unit. `None` if no unit is left or
     /// the observer has enough samples. One call per tile needs one lock only.
-    pub fn exchange_unit(
+    pub fn store_result_and_take_unit(
         &mut self,
         finished: Option<TileUpdate>,
         observer: &dyn Observer,
@@ -85,7 +85,7 @@ impl<'f> WorkQueue<'f> {
     /// Returns the next pass of a tile in a replicate, and the range of its samples; `None` if the
     /// tile is finished.
     fn next_pass(&self, tile: u32, replicate: u32) -> Option<(u32, Range<u32>)> {
-        self.film.plan().next_pass(
+        self.film.plan().next_sample_range(
             self.film.sample_goal(tile, replicate),
             self.film.samples_drawn(tile, replicate),
         )

@@ -6,7 +6,7 @@ use core::ops::Range;
 use raywright_bvh::Real;
 
 use super::first_hits::FirstHitSums;
-use super::lookahead::{SampleBatch, SampleStream};
+use super::sample_stream::{SampleBatch, SampleStream};
 use crate::camera::PreparedCamera;
 use crate::counters::Counters;
 use crate::film::{
@@ -72,7 +72,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
         } else {
             Vec::new()
         };
-        if tracer.is_stopped() {
+        if tracer.is_cancelled() {
             return None;
         }
         let mut counters: Counters = tracer.take_counters();

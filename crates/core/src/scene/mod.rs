@@ -36,7 +36,7 @@ pub use mesh::{
 };
 pub use model::ModelFile;
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};
-pub use positions::{VertexPositions, choose_origin};
+pub use positions::{VertexPositions, choose_storage_origin};
 pub use render::{
     ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, RenderSettings,
     SamplePattern, ShadowRule, SpawnRule, ToneMap, TransferCurve,

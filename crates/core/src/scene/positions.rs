@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Triple;
 use crate::origin_grid::{MESH_DISTANCE_LIMIT, storage_origin_near};
-use crate::validate::FARTHEST;
+use crate::validate::MAX_COORDINATE;
 use raywright_bvh::Aabb;
 
 /// Vertex positions of a mesh in its own space. Positions far from zero are stored relative to an
@@ -84,7 +84,7 @@ impl VertexPositions {
 
     /// Stores points as offsets from an origin near them.
     fn from_points<P: Iterator<Item = DVec3>>(points: impl Fn() -> P) -> Self {
-        let origin = choose_origin(points());
+        let origin = choose_storage_origin(points());
         Self {
             origin: origin.into(),
             offsets: points()
@@ -96,10 +96,10 @@ impl VertexPositions {
 
 /// Returns an origin near the points. Relative to it, the points keep their digits in `f32`. The
 /// origin is zero for points near zero. Points that are not finite or out of range are ignored.
-pub fn choose_origin(points: impl IntoIterator<Item = DVec3>) -> DVec3 {
+pub fn choose_storage_origin(points: impl IntoIterator<Item = DVec3>) -> DVec3 {
     let usable = points
         .into_iter()
-        .filter(|p| p.to_array().iter().all(|x| x.abs() <= FARTHEST));
+        .filter(|p| p.to_array().iter().all(|x| x.abs() <= MAX_COORDINATE));
     storage_origin_near(&Aabb::from_points(usable), MESH_DISTANCE_LIMIT)
 }
 

@@ -20,7 +20,9 @@ pub enum SettingsError {
     #[error("{0} samples per pixel are out of range: the number must be 1 to {most}", most = Settings::MOST_SAMPLES)]
     Samples(u32),
     /// The greatest number of segments of a path is zero.
-    #[error("the greatest number of path segments is 0, but must be at least 1, the camera ray")]
+    #[error(
+        "the greatest number of path segments is 0, but must be at least 1, because the camera ray is the first segment"
+    )]
     Depth,
     /// A value that must be above zero is zero, negative, NaN or infinite.
     #[error("the setting `{name}` is {value}, but must be a finite number above 0")]

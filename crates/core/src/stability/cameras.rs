@@ -5,9 +5,7 @@ use glam::DVec3;
 use raywright_bvh::stability::verdicts::{
     CaseOutcome, CaseRng, RayCount, Verdict, format_ray_bits, judge_rays, to_scalar,
 };
-use raywright_bvh::stability::{
-    Measurement, create_measurement_without_kernels, measure_by_each_kernel,
-};
+use raywright_bvh::stability::{Measurement, create_treeless_measurement, measure_by_each_kernel};
 use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
@@ -40,7 +38,7 @@ fn pinhole_of_angle(degrees: f64) -> Pinhole {
 
 /// Draws a random camera, often with an extreme position, direction or field of view.
 fn draw_camera(rng: &mut CaseRng) -> CameraData {
-    let position = rng.sample_cube() * rng.choose(&[0.0, 1.0, 1e6]);
+    let position = rng.sample_point_in_cube() * rng.choose(&[0.0, 1.0, 1e6]);
     let pose = match rng.next_bits() % 3 {
         // The view is along the up direction, or the target is the eye.
         0 => {
@@ -120,14 +118,14 @@ pub fn measure_degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
             })
         })
     });
-    vec![create_measurement_without_kernels::<R>(outcome)]
+    vec![create_treeless_measurement::<R>(outcome)]
 }
 
 /// Measures case F03: degenerate lenses. A lens without an aperture must equal a pinhole to the
 /// bit. A lens with a tiny or huge focus distance must give rays with unit directions.
 pub fn measure_degenerate_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("F03", 502, 20_000, rays, |rng| {
-        let eye = rng.sample_cube() * 10.0;
+        let eye = rng.sample_point_in_cube() * 10.0;
         let pose = Pose::LookAt {
             eye: eye.to_array(),
             target: (eye + rng.sample_direction()).to_array(),
@@ -151,8 +149,13 @@ pub fn measure_degenerate_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 [SIZE; 2],
             )
         };
-        let [x, y] = [rng.next_unit(), rng.next_unit()].map(|u| R::from_f64(u * f64::from(SIZE)));
-        let on_lens = [rng.next_unit() as f32, rng.next_unit() as f32].map(|u| u.min(1.0 - 6e-8));
+        let [x, y] = [rng.next_in_unit_interval(), rng.next_in_unit_interval()]
+            .map(|u| R::from_f64(u * f64::from(SIZE)));
+        let on_lens = [
+            rng.next_in_unit_interval() as f32,
+            rng.next_in_unit_interval() as f32,
+        ]
+        .map(|u| u.min(1.0 - 6e-8));
         let (without, plain) = (
             lens(0.0).generate_ray(x, y, on_lens),
             PreparedCamera::<R>::new(
@@ -175,7 +178,7 @@ pub fn measure_degenerate_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
             })
         })
     });
-    vec![create_measurement_without_kernels::<R>(outcome)]
+    vec![create_treeless_measurement::<R>(outcome)]
 }
 
 /// Measures case F02: a camera that looks straight at the middle of a lattice of triangles. Ray

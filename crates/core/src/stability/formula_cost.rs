@@ -9,7 +9,7 @@ use raywright_bvh::stability::cost_comparison::{self, CostComparison, TimedWork}
 use raywright_bvh::stability::verdicts::CaseRng;
 use raywright_bvh::{Real, Vector};
 
-use super::shading::textbook_frame;
+use super::shading::textbook_shading_frame;
 use crate::bench::SampleQuantiles;
 use crate::bench::clock::thread_seconds;
 use crate::material::{ShadingFrame, SmoothInterface, fresnel_dielectric};
@@ -35,7 +35,7 @@ const TURNS: u32 = 40;
 
 /// Returns the textbook formula and the library's formulas for the hard case with this number,
 /// ready to be timed. `None` for a case without textbook formula.
-pub fn formula_comparison(number: &str) -> Option<CostComparison> {
+pub fn build_formula_comparison(number: &str) -> Option<CostComparison> {
     Some(match number {
         "S09" => frame_comparison(),
         "S11" => reflection_comparison(),
@@ -52,7 +52,7 @@ pub fn time_case_formulas(number: &str) -> Option<CaseCost> {
         count,
         textbook,
         library: [robust, reference],
-    } = formula_comparison(number)?;
+    } = build_formula_comparison(number)?;
     let works = [textbook, robust, reference];
     let mut rounds = Vec::with_capacity(ROUNDS);
     for round in 0..=ROUNDS {
@@ -111,7 +111,7 @@ fn frame_comparison() -> CostComparison {
         drawn,
         [
             |&(n, _)| {
-                black_box(textbook_frame(n));
+                black_box(textbook_shading_frame(n));
             },
             |&(n, _)| {
                 black_box(ShadingFrame::<f32>::from_normal(n));
@@ -163,7 +163,7 @@ fn reflectance_comparison() -> CostComparison {
     };
     comparison_over_samples(
         "a reflectance of glass",
-        |rng| rng.next_unit() as f32,
+        |rng| rng.next_in_unit_interval() as f32,
         [schlick, exact, exact],
     )
 }

@@ -3,7 +3,9 @@
 
 use glam::DVec3;
 use raywright_bvh::stability::Measurement;
-use raywright_bvh::stability::verdicts::{CaseOutcome, CaseRng, RayCount, U, Verdict, judge_rays};
+use raywright_bvh::stability::verdicts::{
+    CaseOutcome, CaseRng, RayCount, UNIT_ROUNDOFF, Verdict, judge_rays,
+};
 
 use crate::material::{SmoothInterface, fresnel_dielectric};
 
@@ -55,10 +57,10 @@ fn accurate_reflectance(cosine: f64, eta: f64) -> Option<f64> {
 /// Draws a cosine of incidence: uniform, near 0, near 1, or a special value.
 fn draw_cosine(rng: &mut CaseRng) -> f64 {
     match rng.next_bits() % 4 {
-        0 => rng.next_unit(),
+        0 => rng.next_in_unit_interval(),
         1 => 10_f64.powf(rng.next_uniform(-8.0, 0.0)),
         2 => 1.0 - 10_f64.powf(rng.next_uniform(-8.0, 0.0)),
-        _ => rng.choose(&[1.0, 0.5, 1e-4, 1e-6, 1.0 - U]),
+        _ => rng.choose(&[1.0, 0.5, 1e-4, 1e-6, 1.0 - UNIT_ROUNDOFF]),
     }
 }
 
@@ -96,7 +98,7 @@ pub fn measure_matched_indices(rays: RayCount) -> Vec<Measurement> {
             .map_or(f64::INFINITY, |refracted| {
                 (refracted - d).abs().max_element()
             });
-        Verdict::from_error(off, 4.0 * U, || format!("{d} at {n}"))
+        Verdict::from_error(off, 4.0 * UNIT_ROUNDOFF, || format!("{d} at {n}"))
     });
     // Schlick's approximation approaches one at grazing angles for any indices.
     let textbook = judged(&|cosine, eta| interface_at_cosine(cosine, eta).schlick(cosine));
@@ -117,7 +119,7 @@ pub fn measure_fresnel(rays: RayCount) -> Vec<Measurement> {
             1.0 / ior
         };
         let cosine = if rng.next_bits().is_multiple_of(50) {
-            rng.choose(&[0.0, -0.0, 1.0, 1.0 + 2.0 * U])
+            rng.choose(&[0.0, -0.0, 1.0, 1.0 + 2.0 * UNIT_ROUNDOFF])
         } else {
             draw_cosine(rng)
         };
@@ -151,7 +153,7 @@ pub fn measure_fresnel(rays: RayCount) -> Vec<Measurement> {
 pub fn measure_schlick(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("S15", 414, 40_000, rays, |rng| {
         let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
-        let outside = rng.next_unit();
+        let outside = rng.next_in_unit_interval();
         let requested = accurate_reflectance(outside, 1.0 / ior).unwrap_or(1.0);
         let describe = || format!("cosine {:016x}, index {ior}", outside.to_bits());
         let from_without = interface_at_cosine(outside, 1.0 / ior).schlick(outside);
@@ -164,7 +166,7 @@ pub fn measure_schlick(rays: RayCount) -> Vec<Measurement> {
     });
     let textbook = judge_rays("S15", 414, 40_000, rays, |rng| {
         let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
-        let outside = rng.next_unit();
+        let outside = rng.next_in_unit_interval();
         let inside = (1.0 - (1.0 - outside) * (1.0 + outside) / (ior * ior)).sqrt();
         let requested = accurate_reflectance(outside, 1.0 / ior).unwrap_or(1.0);
         Verdict::from_error(

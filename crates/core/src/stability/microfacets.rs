@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 
 use glam::DVec3;
 use raywright_bvh::stability::verdicts::{RayCount, Verdict, judge_rays, to_scalar};
-use raywright_bvh::stability::{Measurement, create_measurement_without_kernels};
+use raywright_bvh::stability::{Measurement, create_treeless_measurement};
 use raywright_bvh::{Real, Vector};
 
 use crate::material::{Bsdf, Lobe, ShadingFrame};
@@ -78,7 +78,7 @@ pub fn measure_narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     });
     vec![Measurement {
         textbook: Some(textbook),
-        ..create_measurement_without_kernels::<R>(outcome)
+        ..create_treeless_measurement::<R>(outcome)
     }]
 }
 
@@ -92,8 +92,12 @@ pub fn measure_visible_normals<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let height = rng.choose(&[1.0, 0.5, 1.745_240_6e-2, 1.745_329e-5, 1e-9, 0.0, -1e-6]);
         let wo = to_scalar::<R>(n.to_f64() * height + x * (1.0 - height * height).sqrt());
         let bsdf = white_microfacet_bsdf::<R>(n, alpha);
-        let numbers = [rng.next_unit(), rng.next_unit(), rng.next_unit()]
-            .map(|u| R::from_f64(u.min(1.0 - 6e-8)));
+        let numbers = [
+            rng.next_in_unit_interval(),
+            rng.next_in_unit_interval(),
+            rng.next_in_unit_interval(),
+        ]
+        .map(|u| R::from_f64(u.min(1.0 - 6e-8)));
         let bsdf_sample = bsdf.sample(&ShadingFrame::<R>::from_normal(n), wo, numbers);
         let weight = bsdf_sample.weight.x().to_f64();
         let describe = || {
@@ -112,5 +116,5 @@ pub fn measure_visible_normals<R: Real>(rays: RayCount) -> Vec<Measurement> {
             Verdict::from_condition(weight >= 0.0 && is_above && is_sound && is_black, describe)
         })
     });
-    vec![create_measurement_without_kernels::<R>(outcome)]
+    vec![create_treeless_measurement::<R>(outcome)]
 }

@@ -5,9 +5,9 @@ use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Quad, Sphere, Torus, Triangle,
 };
 use raywright_bvh::stability::verdicts::{
-    CaseOutcome, RayCount, U, Verdict, judge_rays, to_scalar,
+    CaseOutcome, RayCount, UNIT_ROUNDOFF, Verdict, judge_rays, to_scalar,
 };
-use raywright_bvh::stability::{Measurement, create_measurement_without_kernels};
+use raywright_bvh::stability::{Measurement, create_treeless_measurement};
 use raywright_bvh::{Real, Vector};
 
 use glam::DVec3;
@@ -24,7 +24,7 @@ const CORNERS: [f64; 5] = [
     0.0,
     1.0 / 8_388_608.0,
     0.5,
-    1.0 - U,
+    1.0 - UNIT_ROUNDOFF,
     1.0 - 1.0 / 4_294_967_296.0,
 ];
 
@@ -43,7 +43,7 @@ fn precision_independent_measurements(outcome: &CaseOutcome) -> Vec<Measurement>
 /// Measures case M01: every sampler's numbers must be in [0, 1), even if all high bits of the
 /// random word are set. Pixel filters must map these numbers to positions within their radius.
 pub fn measure_random_range(rays: RayCount) -> Vec<Measurement> {
-    let maximum = 1.0 - U;
+    let maximum = 1.0 - UNIT_ROUNDOFF;
     let words = judge_rays("M01 words", 301, 10_000, rays, |rng| {
         let word = !(rng.ray_index() as u32);
         let x = f64::from(sobol_burley::parts::u32_to_f32_norm(word));
@@ -77,7 +77,7 @@ pub fn measure_random_range(rays: RayCount) -> Vec<Measurement> {
         let number = if rng.next_sign() > 0.0 {
             rng.choose(&CORNERS).min(maximum)
         } else {
-            rng.next_unit()
+            rng.next_in_unit_interval()
         } as f32;
         let place = f64::from(filter.sampler().sample(number.min(maximum as f32)));
         Verdict::from_error((place - 0.5).abs(), filter.radius(), || {
@@ -110,16 +110,16 @@ fn shapes_with_area_sampling<R: Real>() -> Vec<AnyShape<R>> {
 /// Measures case M02: sampling of hemispheres, cones and surfaces. The random numbers are corners
 /// of the unit square and points inside it. Directions must have unit length within two roundings,
 /// and densities must be positive.
-pub fn measure_warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_sample_mappings<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let shapes = shapes_with_area_sampling::<R>();
     let roundoff = R::ROUNDOFF.to_f64();
     let outcome = judge_rays("M02", 310, 200_000, rays, |rng| {
         // Numbers are at most the greatest f32 below one, in every precision.
         let mut number = || {
             if rng.next_sign() > 0.0 {
-                rng.choose(&CORNERS).min(1.0 - U)
+                rng.choose(&CORNERS).min(1.0 - UNIT_ROUNDOFF)
             } else {
-                f64::from(rng.next_unit() as f32).min(1.0 - U)
+                f64::from(rng.next_in_unit_interval() as f32).min(1.0 - UNIT_ROUNDOFF)
             }
         };
         let [u, v] = [number(), number()];
@@ -146,7 +146,7 @@ pub fn measure_warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
                     return Verdict::Skipped;
                 };
                 let density = 1.0 / cone.solid_angle();
-                unit("cone", cone.sample_normal([u, v]), 2.0 * U).and_then(|| {
+                unit("cone", cone.sample_normal([u, v]), 2.0 * UNIT_ROUNDOFF).and_then(|| {
                     Verdict::from_condition(density > 0.0 && density.is_finite(), || {
                         describe("density of a cone")
                     })
@@ -159,13 +159,13 @@ pub fn measure_warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
                     return Verdict::Skipped;
                 };
                 let is_sound = density > 0.0 && density.is_finite() && point.point.is_finite();
-                unit("normal", point.normal, 2.0 * U).and_then(|| {
+                unit("normal", point.normal, 2.0 * UNIT_ROUNDOFF).and_then(|| {
                     Verdict::from_condition(is_sound, || describe("density of a point"))
                 })
             }
         }
     });
-    vec![create_measurement_without_kernels::<R>(outcome)]
+    vec![create_treeless_measurement::<R>(outcome)]
 }
 
 /// Measures case M11: stratification of 65 536 points of the Sobol sequence in two dimensions. The

@@ -5,9 +5,10 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
 use raywright_bvh::stability::verdicts::{
-    CaseOutcome, CaseRng, RayCount, Verdict, judge_rays, round_to_f32, to_scalar, unnormalised_ray,
+    CaseOutcome, CaseRng, RayCount, Verdict, create_unnormalised_ray, judge_rays, round_to_f32,
+    to_scalar,
 };
-use raywright_bvh::stability::{Measurement, create_measurement_without_kernels};
+use raywright_bvh::stability::{Measurement, create_treeless_measurement};
 use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
@@ -23,7 +24,7 @@ fn draw_normal<R: Real>(rng: &mut CaseRng) -> R::Vec3 {
             let zero = |rng: &mut CaseRng| rng.choose(&[0.0, -0.0]);
             DVec3::new(zero(rng), zero(rng), zero(rng))
         }
-        1 | 2 => rng.sample_cube() * rng.choose(&[1e-2, 1e-3, 1e-4]),
+        1 | 2 => rng.sample_point_in_cube() * rng.choose(&[1e-2, 1e-3, 1e-4]),
         _ => return to_scalar::<R>(rng.sample_direction()),
     };
     n[axis] = rng.next_sign();
@@ -49,7 +50,7 @@ fn orthonormality_error(frame: [DVec3; 3]) -> f64 {
 
 /// Returns the shading frame about a normal by the textbook formula. The formula always divides by
 /// 1 + z, also for negative z, and fails near z = −1.
-pub(super) fn textbook_frame(n: Vec3) -> [Vec3; 3] {
+pub(super) fn textbook_shading_frame(n: Vec3) -> [Vec3; 3] {
     let a = 1.0 / (1.0 + n.z);
     let b = -n.x * n.y * a;
     [
@@ -60,7 +61,7 @@ pub(super) fn textbook_frame(n: Vec3) -> [Vec3; 3] {
 }
 
 /// Measures case S09: shading frames about any normal must be orthonormal.
-pub fn measure_frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub fn measure_shading_frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let describe = |n: R::Vec3| format!("{:08x?}", n.to_f32().to_array().map(f32::to_bits));
     let outcome = judge_rays("S09", 401, 1_000_000, rays, |rng| {
         let n = draw_normal::<R>(rng);
@@ -78,14 +79,14 @@ pub fn measure_frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let textbook = judge_rays("S09", 401, 1_000_000, rays, |rng| {
         let n = draw_normal::<R>(rng);
         Verdict::from_error(
-            orthonormality_error(textbook_frame(n.to_f32()).map(|v| v.as_dvec3())),
+            orthonormality_error(textbook_shading_frame(n.to_f32()).map(|v| v.as_dvec3())),
             4e-7,
             || describe(n),
         )
     });
     vec![Measurement {
         textbook: Some(textbook),
-        ..create_measurement_without_kernels::<R>(outcome)
+        ..create_treeless_measurement::<R>(outcome)
     }]
 }
 
@@ -134,7 +135,7 @@ pub fn measure_normalisation<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 }
             })
     });
-    vec![create_measurement_without_kernels::<R>(outcome)]
+    vec![create_treeless_measurement::<R>(outcome)]
 }
 
 /// Number of bounces of a ray between mirrors; below, the number of rays for each arrangement of
@@ -224,7 +225,7 @@ pub fn measure_mirror_bounces<R: Real>(rays: RayCount) -> Vec<Measurement> {
         );
         trace_mirror_bounces(
             &geometry(&[wall(-1.0), wall(1.0)]),
-            unnormalised_ray::<R>(DVec3::ZERO, d),
+            create_unnormalised_ray::<R>(DVec3::ZERO, d),
             |ray| ray.direction.to_f64().normalize().dot(n).abs(),
         )
     });
@@ -234,7 +235,7 @@ pub fn measure_mirror_bounces<R: Real>(rays: RayCount) -> Vec<Measurement> {
             radius: R::ONE,
         });
         let d = round_to_f32(rng.sample_direction());
-        let start = unnormalised_ray::<R>(
+        let start = create_unnormalised_ray::<R>(
             round_to_f32(rng.sample_direction() * rng.next_uniform(0.1, 0.9)),
             d,
         );
@@ -259,6 +260,6 @@ pub fn measure_mirror_bounces<R: Real>(rays: RayCount) -> Vec<Measurement> {
         ("between walls", judged("between walls", &walls, 1, 1e-3)),
         ("in a ball", judged("in a ball", &ball, 1, 1e-3)),
     ]
-    .map(|(part, outcome)| create_measurement_without_kernels::<R>(outcome).with_part_name(part))
+    .map(|(part, outcome)| create_treeless_measurement::<R>(outcome).with_part_name(part))
     .to_vec()
 }

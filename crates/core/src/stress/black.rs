@@ -1,6 +1,6 @@
 //! Black pictures. Each is reported together with its cause in a single finding.
 
-use super::covers::Cover;
+use super::covers::LightBlocker;
 use super::facts::SceneFacts;
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::samples::camera_subject;
@@ -14,7 +14,7 @@ const CAUSES: [FindingCode; 3] = [
 ];
 
 /// Adds a finding for each black picture, and removes the findings about lights that explain it.
-pub(super) fn add_black_pictures(
+pub(super) fn add_black_picture_findings(
     scene_facts: &SceneFacts<'_>,
     pictures: &[SmallRender],
     findings: &mut Vec<StressFinding>,
@@ -27,7 +27,7 @@ pub(super) fn add_black_pictures(
         return;
     }
     let cover = pictures.iter().find_map(|picture| picture.cover);
-    let (reason, remedy) = match cause_texts(scene_facts, cover, findings) {
+    let (reason, remedy) = match black_picture_cause_texts(scene_facts, cover, findings) {
         Some(texts) => texts,
         None => return findings.extend(black),
     };
@@ -46,17 +46,17 @@ fn black_picture_finding(
     let words = |subject: FindingSubject| subject.display_name(scene_facts.scene);
     let (reason, remedy) = match picture.cover {
         None => (
-            "everything that is seen is black: no light arrives".to_owned(),
-            "add a light or a sky, or open what is in its way".to_owned(),
+            "all visible surfaces are black: no light reaches them".to_owned(),
+            "add a light or a sky, or move the objects that block the light".to_owned(),
         ),
-        Some(Cover { object, light }) => {
+        Some(LightBlocker { object, light }) => {
             let cover = words(scene_facts.objects[object].subject);
             (
                 format!(
-                    "everything that is seen is black: {cover} is in the way of the light of {}",
+                    "all visible surfaces are black: {cover} blocks the light of {}",
                     words(light)
                 ),
-                format!("open or remove {cover}, or add a light on this side of it"),
+                format!("open or remove {cover}, or add a light on the camera's side of it"),
             )
         }
     };
@@ -69,9 +69,9 @@ fn black_picture_finding(
 
 /// Returns the reason and the remedy for a black picture, derived from the findings about lights.
 /// Returns `None` if no such finding explains it.
-fn cause_texts(
+fn black_picture_cause_texts(
     scene_facts: &SceneFacts<'_>,
-    cover: Option<Cover>,
+    cover: Option<LightBlocker>,
     findings: &[StressFinding],
 ) -> Option<(String, String)> {
     let of_code = |code| findings.iter().filter(move |finding| finding.code == code);
@@ -88,11 +88,11 @@ fn cause_texts(
     if code != FindingCode::UnreachedLight {
         let first = of_code(code).next()?;
         let what = match code {
-            FindingCode::LightInSurface => "in the surface that it would light",
-            _ => "turned away from everything or too far away",
+            FindingCode::LightInSurface => "in the surface to be lit",
+            _ => "turned away from all objects or too far away",
         };
         let reason = format!(
-            "everything that is seen is black: {lights} {what} ({})",
+            "all visible surfaces are black: {lights} {what} ({})",
             first.reason
         );
         return Some((reason, first.remedy.clone()));
@@ -104,12 +104,12 @@ fn cause_texts(
     let (why, what) = match &cover {
         Some(cover) => (format!("shut away by {cover}"), cover.as_str()),
         None => (
-            "shut away, or turned from all of that".to_owned(),
+            "shut away, or turned away from all visible surfaces".to_owned(),
             "the cover of the light",
         ),
     };
     Some((
-        format!("everything that is seen is black: {lights} {why}"),
+        format!("all visible surfaces are black: {lights} {why}"),
         format!("open or remove {what}, or add a light or a sky"),
     ))
 }

@@ -8,7 +8,7 @@ use super::coplanar::DepthResolution;
 use super::duplicates::DuplicateObjects;
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use super::numbers::{metres, round_up_to_digit, with_metres};
+use super::numbers::{append_metre_unit, format_metres, format_rounded_up};
 use super::overlaps::separation_remedy;
 use super::ray_survey::{RaySurvey, SightingCount};
 use super::topology::Topology;
@@ -40,7 +40,7 @@ impl BodyChecks<'_> {
         let sent = aimed.iter().map(|rays| rays.sent).sum();
         for (&object, &(count, point)) in aimed.iter().flat_map(|rays| &rays.leaks) {
             let reason = "rays pass between triangles that share an edge or a corner";
-            let remedy = "please report this: it is a fault of the program";
+            let remedy = "please report this fault of the program, with the scene file";
             let predicate = "aimed at edges and corners passed";
             findings.push(
                 self.wrong_picture_finding(FindingCode::Leak, object, reason, remedy)
@@ -69,23 +69,30 @@ impl BodyChecks<'_> {
         let survey = self.survey;
         let mut findings = Vec::new();
         for (&object, sighting) in &survey.self_hits {
-            let reason = "rays that leave the surface meet it again where they start, which shows as dark speckles";
-            let remedy = "remove `classic.spawn`, or give it a larger `offset`";
-            let predicate = "that start from a surface met it again";
+            let reason = "rays that start at this surface hit it again at their start, which shows as dark speckles";
+            let remedy =
+                "remove `classic.spawn` from the scene file, or set a larger `offset` there";
+            let predicate = "that start at a surface hit it again";
             findings.push(
                 self.wrong_picture_finding(FindingCode::SelfHit, object, reason, remedy)
-                    .with_count(sighting.count, survey.starts, "rays", predicate)
+                    .with_count(sighting.count, survey.spawned_rays, "rays", predicate)
                     .with_place(finite_point(sighting.position)),
             );
         }
-        let many = |sighting: &SightingCount| sighting.count as f64 > OF_ALL * survey.starts as f64;
-        for (&object, sighting) in survey.beyond.iter().filter(|(_, sighting)| many(sighting)) {
-            let reason = "rays that leave the surface start beyond another one: its shadow and its reflection are missing there";
-            let remedy = "remove `classic.spawn`, or give it a smaller `offset`";
-            let predicate = "that start from a surface started beyond another";
+        let many =
+            |sighting: &SightingCount| sighting.count as f64 > OF_ALL * survey.spawned_rays as f64;
+        for (&object, sighting) in survey
+            .starts_behind_surface
+            .iter()
+            .filter(|(_, sighting)| many(sighting))
+        {
+            let reason = "rays that start at this surface begin behind another surface, whose shadow and reflection are missing there";
+            let remedy =
+                "remove `classic.spawn` from the scene file, or set a smaller `offset` there";
+            let predicate = "that start at a surface began behind another surface";
             findings.push(
                 self.wrong_picture_finding(FindingCode::StartBeyondSurface, object, reason, remedy)
-                    .with_count(sighting.count, survey.starts, "rays", predicate)
+                    .with_count(sighting.count, survey.spawned_rays, "rays", predicate)
                     .with_place(finite_point(sighting.position)),
             );
         }
@@ -109,10 +116,10 @@ impl BodyChecks<'_> {
             if edges_tell || is_endless || is_few || self.doubles.has_duplicate(object) {
                 return None;
             }
-            let reason = "rays enter this body of glass without leaving it, or leave it without entering, so that they are bent and tinted wrongly: it is open, or it touches another surface";
+            let reason = "this glass body is open, or touches another surface: rays that enter it do not leave it, or the reverse, and are bent and tinted wrongly";
             let remedy = format!(
-                "close it (a tube by `caps`); where it touches another surface, leave {} or more between them; or set `thin_walled` where it is to be a pane without an inside",
-                with_metres(&round_up_to_digit(
+                "close the body (a cylinder with `caps`); if it touches another surface, leave {} or more between the two; if it should be a pane without an inside, set `thin_walled` for its material",
+                append_metre_unit(&format_rounded_up(
                     self.resolution.min_separation_at(sighting.position)
                 ))
             );
@@ -151,13 +158,13 @@ impl BodyChecks<'_> {
             .collect();
         let more = match others.len() {
             0 => String::new(),
-            1 => ", as one more body is within another".to_owned(),
-            more => format!(", as {more} more bodies are within others"),
+            1 => ", and one more body is inside another".to_owned(),
+            more => format!(", and {more} more bodies are inside others"),
         };
         let reason = format!(
-            "it is within {around} or reaches into it{more}, and each boundary bends light as if there were air between them"
+            "this glass body is inside {around} or overlaps it{more}; each boundary then bends light as if there were air between the two"
         );
-        let remedy = "give their materials a `priority` each: the body with the greatest one is there where they overlap";
+        let remedy = "set a `priority` for the material of each body: where bodies overlap, the one with the greatest priority counts";
         let finding = self.wrong_picture_finding(FindingCode::NestedGlass, inner, reason, remedy);
         let finding = if others.is_empty() {
             let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &inner);
@@ -165,10 +172,10 @@ impl BodyChecks<'_> {
             finding.with_count(sighting.count, hit_count, "rays", predicate)
         } else {
             let all = &self.scene_facts.objects;
-            let is_body = |object: &&ObjectFacts<'_>| object.matter == SurfaceKind::Body;
+            let is_body = |object: &&ObjectFacts<'_>| object.surface_kind == SurfaceKind::Body;
             let bodies = all.iter().filter(is_body).count() as u64;
             let count = 1 + others.len() as u64;
-            finding.with_count(count, bodies, "glass bodies", "were within another one")
+            finding.with_count(count, bodies, "glass bodies", "are inside another one")
         };
         vec![StressFinding {
             others: others.into_iter().map(subject).collect(),
@@ -197,21 +204,21 @@ impl BodyChecks<'_> {
             let all = pairs.map(|pair| RaySurvey::sighting_count(&self.survey.coincident, &pair));
             let apart = pairs
                 .iter()
-                .filter_map(|pair| self.survey.apart.get(pair))
+                .filter_map(|pair| self.survey.max_separations.get(pair))
                 .fold(0.0_f64, |maximum, &apart| maximum.max(apart));
             let with = self.scene_facts.objects[b]
                 .subject
                 .display_name(self.scene_facts.scene);
             let reason = format!(
-                "it lies in one place with {with}, at most {} apart, and rounding decides from ray to ray which of them is seen",
-                metres(apart)
+                "it lies in the same place as {with}, at most {} away, so that rounding decides from ray to ray which of the two is seen",
+                format_metres(apart)
             );
             let remedy = separation_remedy(
                 self.resolution.min_separation_at(sighting.position),
                 apart,
                 self.resolution.precision,
             );
-            let predicate = "of the cameras met both in one place";
+            let predicate = "of the cameras hit both in one place";
             Some(
                 self.wrong_picture_finding(FindingCode::FlickeringSurfaces, a, reason, remedy)
                     .with_count(all.iter().sum(), self.survey.rays, "rays", predicate)
@@ -235,13 +242,13 @@ pub(super) fn closed_gap_findings(
     let words = |object: usize| subject(object).display_name(scene_facts.scene);
     let gap = |gap: &UnresolvedGap| {
         let reason = format!(
-            "it touches {other}, or lies nearer to it than {}, below which the two are not told apart: light that leaves the one goes on from behind the other, as if the other were not there",
-            with_metres(&round_up_to_digit(gap.resolved_width)),
+            "it touches {other}, or is less than {} away from it, too close for the precision: light that leaves one of the two skips the other",
+            append_metre_unit(&format_rounded_up(gap.resolved_width)),
             other = words(gap.other)
         );
         let remedy = format!(
-            "leave {} or more between them, or add --precision reference",
-            with_metres(&round_up_to_digit(gap.resolved_width))
+            "leave {} or more between the two, or render with --precision reference",
+            append_metre_unit(&format_rounded_up(gap.resolved_width))
         );
         StressFinding::new(
             FindingCode::ClosedGap,
@@ -257,12 +264,12 @@ pub(super) fn closed_gap_findings(
             LampRef::Object(object) => subject(object),
         };
         let reason = format!(
-            "it shines through {}, which is opaque but nearer before it than rounding tells apart",
+            "it shines through {}, which is opaque but too close in front of it for the precision",
             words(leak.cover)
         );
         let remedy = format!(
-            "leave {} or more between them, or add --precision reference",
-            with_metres(&round_up_to_digit(leak.resolved_distance))
+            "leave {} or more between the two, or render with --precision reference",
+            append_metre_unit(&format_rounded_up(leak.resolved_distance))
         );
         StressFinding::new(
             FindingCode::LightThroughCover,

@@ -52,15 +52,15 @@ impl CameraView {
 
     /// Returns a point slightly in front of a visible point: closer to the eye by a hundredth of
     /// the distance.
-    pub fn in_front_of(&self, point: DVec3) -> DVec3 {
+    pub fn point_in_front_of(&self, point: DVec3) -> DVec3 {
         point.lerp(self.eye(), 0.01)
     }
 
     /// Returns the distance from the eye to the origins of its rays, in metres. `bounds` is the
     /// bounding box of the scene.
-    pub fn skipped_distance<R: Real>(&self, bounds: &Aabb) -> f64 {
+    pub fn eye_to_origin_distance<R: Real>(&self, bounds: &Aabb) -> f64 {
         let prepared = Prepared::<R>::for_scene_bounds(&self.data, self.size, bounds);
-        prepared.skipped_distance().to_f64()
+        prepared.eye_to_origin_distance().to_f64()
     }
 
     pub fn eye(&self) -> DVec3 {
@@ -130,13 +130,14 @@ pub(super) fn check_cameras(
     let mut findings = Vec::new();
     for (view, survey) in views.iter().zip(surveys) {
         if survey.hits == 0 && !scene_facts.is_empty() {
-            let reason = "no ray of it meets anything: its picture shows the sky or nothing";
+            let reason =
+                "no ray of this camera hits an object: its picture shows only the sky or nothing";
             let remedy = match view.subject {
                 FindingSubject::Camera(None) => {
-                    "look whether objects are hidden, or nothing is left of them"
+                    "check that the scene has objects that are visible (`opacity`, `side`) and not scaled to nothing"
                 }
                 _ => {
-                    "turn it to the scene (`pose`, or render with --eye and --target), or leave it out: a scene without a camera is shown whole"
+                    "turn the camera to the scene (`pose`, or render with --eye and --target), or remove it from the file: a scene without cameras is framed as a whole"
                 }
             };
             findings.push(StressFinding::new(
@@ -147,7 +148,7 @@ pub(super) fn check_cameras(
                 remedy,
             ));
         }
-        findings.extend(cameras_in_bodies(scene_facts, view, survey));
+        findings.extend(camera_in_body_findings(scene_facts, view, survey));
         findings.extend(small_scene_finding(scene_facts, view));
         findings.extend(focus_finding(scene_facts, view));
         findings.extend(aspect_finding(view));
@@ -163,29 +164,28 @@ fn aspect_finding(view: &CameraView) -> Option<StressFinding> {
     let is_stretched =
         view.data.fit == AspectFit::Stretch && (aspect * height / width - 1.0).abs() > 0.02;
     let reason = format!(
-        "its `aspect` is {aspect:.3} and the picture's {:.3}, so that everything is stretched",
+        "its `aspect` is {aspect:.3} but that of the picture is {:.3}, so that everything appears stretched",
         width / height
     );
-    let remedy =
-        "remove `aspect`, or give the picture that shape with `render.size`, or render with --size";
+    let remedy = "remove `aspect` from the camera, or give the picture the same aspect (`render.size`, or render with --size)";
     let (code, severity) = (FindingCode::StretchedPicture, Severity::PictureWrong);
     is_stretched.then(|| StressFinding::new(code, severity, view.subject, reason, remedy))
 }
 
 /// Finds bodies that contain the camera: glass bodies, and opaque bodies whose inside fills the
 /// whole picture.
-fn cameras_in_bodies(
+fn camera_in_body_findings(
     scene_facts: &SceneFacts<'_>,
     view: &CameraView,
     survey: &RaySurvey,
 ) -> Vec<StressFinding> {
     let mut findings = Vec::new();
-    for (&object, sighting) in &survey.within {
+    for (&object, sighting) in &survey.bodies_around_camera {
         let body = scene_facts.objects[object]
             .subject
             .display_name(scene_facts.scene);
         let reason = format!(
-            "it is within {body}, which light goes through: everything is seen from inside of it"
+            "it is inside {body}, which is transparent: everything is seen from inside that body"
         );
         findings.push(
             StressFinding::new(
@@ -193,13 +193,13 @@ fn cameras_in_bodies(
                 Severity::Harmless,
                 view.subject,
                 reason,
-                "move it out, unless it is meant to be in there",
+                "move the camera out of the body, unless it should be inside",
             )
             .with_count(
                 sighting.count,
                 survey.rays,
                 "rays",
-                "left it without entering it",
+                "leave the body without entering it",
             ),
         );
     }
@@ -215,7 +215,7 @@ fn cameras_in_bodies(
             .any(|(index, object_facts)| index != object && is_bounded(&object_facts.object.shape))
     };
     let encloses = |object: usize| {
-        scene_facts.objects[object].matter == SurfaceKind::Opaque
+        scene_facts.objects[object].surface_kind == SurfaceKind::Opaque
             && may_contain_point(scene_facts, object, view.eye())
     };
     if let Some((&object, sighting)) =
@@ -225,7 +225,7 @@ fn cameras_in_bodies(
             .subject
             .display_name(scene_facts.scene);
         let reason = format!(
-            "it is within {body} and sees nothing but its inside, though there are other objects"
+            "it is inside {body} and sees nothing but that body's inside, although the scene has other objects"
         );
         findings.push(
             StressFinding::new(
@@ -233,9 +233,14 @@ fn cameras_in_bodies(
                 Severity::PictureWrong,
                 view.subject,
                 reason,
-                "move it out of there",
+                "move the camera out of the body (`pose`, or render with --eye)",
             )
-            .with_count(sighting.count, survey.rays, "rays", "met its inside first"),
+            .with_count(
+                sighting.count,
+                survey.rays,
+                "rays",
+                "hit the body's inside first",
+            ),
         );
     }
     findings
@@ -253,7 +258,7 @@ fn may_contain_point(scene_facts: &SceneFacts<'_>, object: usize, point: DVec3) 
         | Shape::Cone { .. } => true,
         Shape::Cylinder { height, caps, .. } => height.is_some() && *caps,
         Shape::Mesh(_) => scene_facts.mesh_of_object(own).is_some_and(|(_, data)| {
-            let map = scene_facts.objects[object].map;
+            let map = scene_facts.objects[object].object_to_world;
             let bounds = Aabb::from_points(
                 data.positions
                     .iter()
@@ -282,8 +287,12 @@ fn small_scene_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Optio
         return None;
     }
     let pixel = view.pixel_width_at(scene_facts.bounds.centre());
-    let reason = format!("all of the scene is {:.2} pixels wide in it", size / pixel);
-    let remedy = "move it nearer (`pose`, or render with --eye), or narrow its field of view";
+    let reason = format!(
+        "seen from this camera, the whole scene is only {:.2} pixels wide",
+        size / pixel
+    );
+    let remedy =
+        "move the camera nearer (`pose`, or render with --eye), or narrow its field of view";
     (size < 2.0 * pixel).then(|| {
         StressFinding::new(
             FindingCode::SceneBelowPixel,
@@ -327,12 +336,12 @@ fn focus_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Option<Stre
     let spread = 2.0 * aperture_radius * (sharpest / focus_distance - 1.0).abs();
     let pixels = spread / view.pixel_width_at(eye - frame.z_axis * sharpest);
     let reason = format!(
-        "its lens is sharp at {focus_distance} metres, and everything lies between {} and {} metres: the sharpest point there is {} pixels wide",
+        "its lens is focused at {focus_distance} metres, but all objects lie between {} and {} metres from it: even the sharpest point is blurred over {} pixels",
         format_decimal(near),
         format_decimal(far),
         format_decimal(pixels)
     );
-    let remedy = "set `focus_distance` to the distance of what is to be sharp";
+    let remedy = "set `focus_distance` to the distance of the object that should be sharp";
     // A point less than a pixel wide is as sharp as the picture is.
     (sharpest != focus_distance && pixels > 1.0).then(|| {
         StressFinding::new(

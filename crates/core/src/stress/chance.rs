@@ -4,7 +4,7 @@
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::LightSurvey;
-use super::numbers::metres;
+use super::numbers::format_metres;
 use super::small_render::SmallRender;
 use crate::counters::Counters;
 use crate::scene::Sky;
@@ -20,30 +20,30 @@ const SHARE: f64 = 0.01;
 const UNSEEN: u64 = 3;
 
 /// Estimates the noise of light that paths find by chance.
-pub(super) struct ChanceNoise<'a> {
+pub(super) struct LightByChanceNoise<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
     pub survey: &'a LightSurvey,
     pub samples_per_pixel: u32,
 }
 
-impl ChanceNoise<'_> {
+impl LightByChanceNoise<'_> {
     /// Returns a finding if the light found by chance contributes to the picture and is noisy. The
     /// noise is that of the scene's own number of samples.
-    pub fn check(&self, picture: &SmallRender) -> Option<StressFinding> {
+    pub fn check_picture(&self, picture: &SmallRender) -> Option<StressFinding> {
         let Counters { unaided, found, .. } = picture.counters;
         if unaided < ENOUGH {
             return None;
         }
-        if !self.is_noticeable(picture, self.survey.max_radiance(), found) {
+        if !self.is_light_noticeable(picture, self.survey.max_radiance(), found) {
             return None;
         }
-        let finding = self.finding();
-        Some(finding.with_count(unaided - found, unaided, "paths", "met no light"))
+        let finding = self.light_by_chance_finding();
+        Some(finding.with_count(unaided - found, unaided, "paths", "hit no light"))
     }
 
     /// Returns whether light found by chance contributes to a picture and is noisy in it.
     /// `radiance` is the lamps' radiance. `found` is the number of paths that hit a lamp.
-    fn is_noticeable(&self, picture: &SmallRender, radiance: f64, found: u64) -> bool {
+    fn is_light_noticeable(&self, picture: &SmallRender, radiance: f64, found: u64) -> bool {
         // One sample in so many meets the light, each as bright as the light at most.
         let chance = (found + UNSEEN) as f64 / picture.counters.samples.max(1) as f64;
         let ratio = radiance / picture.mean_radiance().max(1e-12);
@@ -62,12 +62,12 @@ impl ChanceNoise<'_> {
         let mut lamps = self.survey.lamps.iter();
         let radiance = lamps.find(|entry| entry.object == lamp)?.radiance;
         let finding = || enclosed_light_finding(self.scene_facts, lamp, glass);
-        self.is_noticeable(picture, radiance, 0).then(finding)
+        self.is_light_noticeable(picture, radiance, 0).then(finding)
     }
 
     /// Returns the finding for the scene's kind of light: a lamp inside glass, other lamps, a
     /// studio or a sky.
-    fn finding(&self) -> StressFinding {
+    fn light_by_chance_finding(&self) -> StressFinding {
         let scene_facts = self.scene_facts;
         let lamps = || {
             scene_facts
@@ -84,28 +84,28 @@ impl ChanceNoise<'_> {
         if let Some((object_facts, glass)) = within {
             enclosed_light_finding(scene_facts, object_facts.subject.list_index(), glass)
         } else if let Some(lamp) = lamps().next() {
-            let reason = "lamps and suns that shine by way of mirrors or glass are met by chance, and hardly any path meets one";
+            let reason = "light of lamps and suns by way of mirrors or glass is noisy: paths hit these lights only by chance, and hardly any does";
             let place = lamp.bounds.and_then(|bounds| finite_point(bounds.centre()));
             let lamp = lamp.subject.display_name(scene_facts.scene);
             // What is thin already, and mirrors, can only be rougher.
             let has_body = scene_facts
                 .objects
                 .iter()
-                .any(|object_facts| object_facts.matter == SurfaceKind::Body);
+                .any(|object_facts| object_facts.surface_kind == SurfaceKind::Body);
             let thin = match has_body {
                 true => ", the glass thin (`thin_walled`),",
                 false => "",
             };
             let remedy = format!(
-                "make {lamp} larger{thin} or mirrors and glass rough; or render with more --spp"
+                "make {lamp} larger{thin} or the mirrors and the glass rougher (`roughness`), or render with more --spp"
             );
             new_light_by_chance_finding(FindingSubject::Scene, reason, remedy).with_place(place)
         } else if matches!(scene_facts.scene.sky, Some(Sky::Studio(_))) {
-            let reason = "the studio's lights are met by way of mirrors or glass, and hardly any path meets one";
-            let remedy = "render with more --spp, or another environment (--env), or make the mirrors or the glass rough";
+            let reason = "light of the studio by way of mirrors or glass is noisy: paths hit its lights only by chance, and hardly any does";
+            let remedy = "render with more --spp or with another environment (--env), or make the mirrors or the glass rougher (`roughness`)";
             new_light_by_chance_finding(FindingSubject::Sky, reason, remedy)
         } else {
-            let reason = "the sky has a small bright sun, and hardly any path by way of mirrors or glass meets it";
+            let reason = "the sky has a small bright sun, whose light by way of mirrors or glass is noisy: paths hit the sun only by chance, and hardly any does";
             let remedy =
                 "render with more --spp, or give the scene a sky with a larger sun or none";
             new_light_by_chance_finding(FindingSubject::Sky, reason, remedy)
@@ -134,8 +134,8 @@ fn enclosed_light_finding(
         .bounds
         .map_or(0.0, |bounds| bounds.extent().max_element());
     let reason = format!(
-        "it is {} across and shines through {glass}, which is glass around it: paths come to it by chance alone, and hardly any does",
-        metres(across)
+        "it is {} wide and shines through {glass}, the glass around it: paths hit the lamp only by chance, and hardly any does",
+        format_metres(across)
     );
     let remedy = format!(
         "set `thin_walled` for the material of {glass}, make the lamp larger, or render with more --spp"

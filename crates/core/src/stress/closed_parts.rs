@@ -22,7 +22,7 @@ const FEW: u64 = 10;
 
 /// A hole with three edges.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct MeshHole {
+pub(super) struct TriangularHole {
     corners: [u32; 3],
     /// A triangle that borders the hole.
     beside: u32,
@@ -31,7 +31,7 @@ pub(super) struct MeshHole {
 impl Topology {
     /// Returns closed parts that lie inside another closed part, both oriented outwards. If they
     /// are walls of bubbles, they should be oriented inwards.
-    pub fn filled_hollows(&self, data: &MeshData) -> Vec<MeshComponent> {
+    pub fn find_outward_inner_parts(&self, data: &MeshData) -> Vec<MeshComponent> {
         if self.components.len() < 2 || self.components.len() > MOST_PARTS {
             return Vec::new();
         }
@@ -40,11 +40,11 @@ impl Topology {
             let mut outer_parts = (0..self.components.len()).filter(|&outer| outer != inner);
             outer_parts.any(|outer| {
                 let [outer_part, inner_part] = [outer, inner].map(|i| &self.components[i]);
-                if !outer_part.holds_filled(inner_part) || room < data.indices.len() {
+                if !outer_part.encloses_outward_part(inner_part) || room < data.indices.len() {
                     return false;
                 }
                 room -= data.indices.len();
-                self.is_within(data, inner_part.first, outer as u32)
+                self.is_triangle_inside_part(data, inner_part.first, outer as u32)
             })
         };
         let filled: Vec<usize> = (0..self.components.len())
@@ -58,7 +58,7 @@ impl Topology {
 
     /// Returns whether a triangle is inside a closed part. A ray from the triangle then crosses the
     /// part an odd number of times.
-    fn is_within(&self, data: &MeshData, triangle: u32, part: u32) -> bool {
+    fn is_triangle_inside_part(&self, data: &MeshData, triangle: u32, part: u32) -> bool {
         // No direction along which models are built.
         let direction = DVec3::new(0.539_134, 0.617_291, 0.573_008);
         let corners = |triangle: usize| {
@@ -71,7 +71,7 @@ impl Topology {
     }
 
     /// Returns the holes with three edges. Empty if the mesh has any other open edge.
-    pub fn triangular_holes(&self) -> CountAndFirst<MeshHole> {
+    pub fn find_triangular_holes(&self) -> CountAndFirst<TriangularHole> {
         let open = &self.open_edges;
         let is_all_kept = open.count == open.some.len() as u64;
         if open.count == 0 || !is_all_kept || open.count * FEW > self.edges || self.seam.is_some() {
@@ -106,7 +106,7 @@ impl Topology {
             }
             // Each hole is met by each of its edges.
             if index < from_a && index < from_b {
-                holes.add_item(MeshHole {
+                holes.add_item(TriangularHole {
                     corners: [a, b, across(from_a, a)],
                     beside: edge.triangle,
                 });
@@ -133,12 +133,12 @@ fn crosses_triangle(from: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> boo
 
 impl UsedMesh<'_> {
     /// Returns a finding about bubbles in glass whose walls are oriented the wrong way.
-    pub fn check_hollows(&self, topology: &Topology) -> Option<StressFinding> {
-        let is_body = |object: &&&ObjectFacts<'_>| object.matter == SurfaceKind::Body;
+    pub fn check_bubble_walls(&self, topology: &Topology) -> Option<StressFinding> {
+        let is_body = |object: &&&ObjectFacts<'_>| object.surface_kind == SurfaceKind::Body;
         let bodies = || self.objects.iter().filter(is_body);
         bodies().next()?;
-        let filled = topology.filled_hollows(self.data);
-        let seen = bodies().find(|object| self.is_visible_on(&self.survey.sightings, object));
+        let filled = topology.find_outward_inner_parts(self.data);
+        let seen = bodies().find(|object| self.is_fault_visible_on(&self.survey.sightings, object));
         let object_facts = seen.or(bodies().next())?;
         let severity = match seen {
             Some(_) => Severity::PictureWrong,
@@ -148,11 +148,11 @@ impl UsedMesh<'_> {
             count: filled.iter().map(|part| part.triangles).sum(),
             some: filled.iter().map(|part| part.first).collect(),
         };
-        let reason = "closed surfaces within this glass have their outside on the same side as the surface around them: they are no bubbles but glass that is there twice";
-        let remedy = "turn them over where the model is made, if they are walls of bubbles; remove them if not";
+        let reason = "closed surfaces inside this glass are oriented outwards like the surface around them: they are not bubbles but a second layer of glass";
+        let remedy = "in the modelling program, flip the inner surfaces if they are walls of bubbles, otherwise remove them";
         let kind = (FindingCode::InsideOut, severity);
         (!filled.is_empty()).then(|| {
-            let label = (&tally, "belonged to them");
+            let label = (&tally, "belong to these surfaces");
             self.triangle_finding(kind, object_facts, label, (reason, remedy))
         })
     }
@@ -162,10 +162,10 @@ impl UsedMesh<'_> {
     pub fn check_holes(&self, topology: &Topology) -> Option<StressFinding> {
         let opaque = || {
             let all = self.objects.iter();
-            all.filter(|object| object.matter == SurfaceKind::Opaque)
+            all.filter(|object| object.surface_kind == SurfaceKind::Opaque)
         };
         opaque().next()?;
-        let holes = topology.triangular_holes();
+        let holes = topology.find_triangular_holes();
         let is_seen_through = |object: &&&ObjectFacts<'_>| match object.object.side {
             // Rays that come through it meet the inside.
             SideRule::Both => {
@@ -174,8 +174,8 @@ impl UsedMesh<'_> {
             }
             // The inside is not there, so that they meet what is behind.
             side => {
-                let is_visible = self.is_visible_on(&self.survey.sightings, object);
-                let faces = |hole: &MeshHole| self.faces_camera(object, hole);
+                let is_visible = self.is_fault_visible_on(&self.survey.sightings, object);
+                let faces = |hole: &TriangularHole| self.is_hole_visible_from_outside(object, hole);
                 is_visible
                     && holes
                         .some
@@ -187,7 +187,7 @@ impl UsedMesh<'_> {
         let &object_facts = seen.or(opaque().next())?;
         let (severity, end) = match seen {
             Some(_) => (Severity::PictureWrong, "and a camera sees through it"),
-            None => (Severity::Harmless, "and no camera sees through one"),
+            None => (Severity::Harmless, "but no camera sees through the hole"),
         };
         let places = holes.some.iter().map(|hole| {
             let centre = self.corner_centroid(object_facts, &hole.corners);
@@ -195,9 +195,9 @@ impl UsedMesh<'_> {
         });
         let (_, place) = item_nearest_to_camera(self.views, places)?;
         let reason = format!(
-            "a triangle is missing in a surface that is closed otherwise, {end}: light comes in there, and the inside or what is behind is seen"
+            "a triangle is missing in an otherwise closed surface, {end}: light enters there, and the inside or the background can show"
         );
-        let remedy = "fill the hole where the model is made";
+        let remedy = "fill the hole in the modelling program";
         let (code, subject) = (FindingCode::OpenEdges, object_facts.subject);
         let finding = StressFinding::new(code, severity, subject, reason, remedy).with_count(
             holes.count,
@@ -210,13 +210,17 @@ impl UsedMesh<'_> {
 
     /// Returns whether a hole is in view of a camera on the outer side of the triangle that borders
     /// it.
-    fn faces_camera(&self, object_facts: &ObjectFacts<'_>, hole: &MeshHole) -> bool {
+    fn is_hole_visible_from_outside(
+        &self,
+        object_facts: &ObjectFacts<'_>,
+        hole: &TriangularHole,
+    ) -> bool {
         let corners = self.data.indices[hole.beside as usize];
         let [a, b, c] = corners.map(|corner| {
             let position = self.data.positions.position(corner as usize);
-            object_facts.map.transform_point3(position)
+            object_facts.object_to_world.transform_point3(position)
         });
-        let turn = object_facts.map.matrix3.determinant().signum();
+        let turn = object_facts.object_to_world.matrix3.determinant().signum();
         let normal = (b - a).cross(c - a) * turn;
         let centre = self.corner_centroid(object_facts, &hole.corners);
         self.views.iter().any(|view| {

@@ -6,11 +6,11 @@ use raywright_bvh::Real;
 use super::cameras::{CameraView, is_box_in_view};
 use super::facts::{ObjectFacts, SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use super::numbers::metres;
+use super::numbers::format_metres;
 use super::ray_survey::RaySurvey;
-use super::rounding::{RoundingEffect, measure_effects};
+use super::rounding::{RoundingEffect, measure_rounding_effects};
 use crate::dispatch::{ReadyScene, prepare};
-use crate::origin::{StorageOrigin, resolves, spacing};
+use crate::origin::{StorageOrigin, coordinate_spacing_in_box, resolves_object_shape};
 use crate::scene::Shape;
 use crate::settings::{PrecisionChoice, Settings};
 
@@ -30,7 +30,7 @@ struct CoarseObjects {
 }
 
 /// Returns the findings about coarsely stored objects, and the subjects of these objects.
-pub(super) fn check(
+pub(super) fn check_coarse_objects(
     scene_facts: &SceneFacts<'_>,
     ready: &ReadyScene,
     survey: &RaySurvey,
@@ -44,7 +44,7 @@ pub(super) fn check(
     };
     let exact = match ready.settings().precision {
         PrecisionChoice::Reference => "",
-        PrecisionChoice::Robust => ", or add --precision reference",
+        PrecisionChoice::Robust => ", or render with --precision reference",
     };
     let subjects = groups
         .iter()
@@ -70,9 +70,9 @@ fn measure_coarse_objects<R: Real>(
     let origin = StorageOrigin::from_scene::<R>(scene_facts.scene, &scene_facts.lookup).origin;
     let lost = ready.invisible_objects();
     let is_coarse = |&(index, object_facts): &(usize, &ObjectFacts<'_>)| {
-        let coarse_bounds = object_facts
-            .bounds
-            .is_some_and(|bounds| !resolves::<R>(&bounds, bounds.extent().max_element(), origin));
+        let coarse_bounds = object_facts.bounds.is_some_and(|bounds| {
+            !resolves_object_shape::<R>(&bounds, bounds.extent().max_element(), origin)
+        });
         (coarse_bounds || index == scene_facts.facts_index(first))
             && !lost.contains(&(index as u32))
     };
@@ -98,21 +98,21 @@ fn measure_coarse_objects<R: Real>(
         .collect();
     // Doubles are prepared only where a shape that is seen is stored coarsely.
     let exact = (!measured.is_empty())
-        .then(|| in_doubles(scene_facts, ready))
+        .then(|| prepare_in_double_precision(scene_facts, ready))
         .flatten();
     let effects = exact
-        .map(|exact| measure_effects(scene_facts, [ready, &exact], views, &measured))
+        .map(|exact| measure_rounding_effects(scene_facts, [ready, &exact], views, &measured))
         .unwrap_or_default();
-    let distances = ObjectDistances::new(scene_facts, views);
+    let distances = CameraDistances::new(scene_facts, views);
     let own_group =
         |(index, object_facts, is_seen): (usize, &ObjectFacts<'_>, bool)| CoarseObjects {
             objects: vec![index],
-            far: distances.find_farther_object(index).unwrap_or(index),
+            far: distances.find_much_farther_object(index).unwrap_or(index),
             is_seen,
             is_mesh: is_mesh(object_facts),
-            spacing: object_facts
-                .bounds
-                .map_or(0.0, |bounds| spacing::<R>(&bounds, origin)),
+            spacing: object_facts.bounds.map_or(0.0, |bounds| {
+                coordinate_spacing_in_box::<R>(&bounds, origin)
+            }),
             effect: effects.get(&index).copied(),
         };
     group_by_cause(coarse.into_iter().map(own_group))
@@ -131,7 +131,7 @@ fn group_by_cause(all: impl Iterator<Item = CoarseObjects>) -> Vec<CoarseObjects
             .then(|| groups.iter_mut().find(is_alike))
             .flatten();
         match alike {
-            Some(group) => group.add(coarse),
+            Some(group) => group.merge(coarse),
             None => groups.push(coarse),
         }
     }
@@ -139,7 +139,10 @@ fn group_by_cause(all: impl Iterator<Item = CoarseObjects>) -> Vec<CoarseObjects
 }
 
 /// Prepares the scene again in double precision. Returns `None` on failure.
-fn in_doubles(scene_facts: &SceneFacts<'_>, ready: &ReadyScene) -> Option<ReadyScene> {
+fn prepare_in_double_precision(
+    scene_facts: &SceneFacts<'_>,
+    ready: &ReadyScene,
+) -> Option<ReadyScene> {
     let settings = Settings {
         precision: PrecisionChoice::Reference,
         ..ready.settings().clone()
@@ -148,12 +151,12 @@ fn in_doubles(scene_facts: &SceneFacts<'_>, ready: &ReadyScene) -> Option<ReadyS
 }
 
 /// Distance of each object from the nearest camera in metres; `None` for an unbounded object.
-struct ObjectDistances {
+struct CameraDistances {
     distances: Vec<Option<f64>>,
     farthest: Option<usize>,
 }
 
-impl ObjectDistances {
+impl CameraDistances {
     fn new(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Self {
         let distance = |object_facts: &ObjectFacts<'_>| {
             let centre = object_facts.bounds?.centre();
@@ -174,7 +177,7 @@ impl ObjectDistances {
 
     /// Returns the object farthest from the cameras, if it is more than `FARTHER` times as far as
     /// object `index`.
-    fn find_farther_object(&self, index: usize) -> Option<usize> {
+    fn find_much_farther_object(&self, index: usize) -> Option<usize> {
         let own = self.distances[index]?;
         self.farthest
             .filter(|&other| self.distances[other].is_some_and(|far| far > FARTHER * own))
@@ -183,7 +186,7 @@ impl ObjectDistances {
 
 impl CoarseObjects {
     /// Adds the objects of another group with the same cause.
-    fn add(&mut self, other: Self) {
+    fn merge(&mut self, other: Self) {
         self.objects.extend(other.objects);
         self.spacing = self.spacing.max(other.spacing);
         self.is_seen |= other.is_seen;
@@ -195,7 +198,7 @@ impl CoarseObjects {
     }
 
     fn severity(&self) -> Severity {
-        let is_wrong = self.is_seen && self.effect.is_none_or(|effect| effect.is_seen());
+        let is_wrong = self.is_seen && self.effect.is_none_or(|effect| effect.is_visible());
         match is_wrong {
             true => Severity::PictureWrong,
             false => Severity::Harmless,
@@ -209,7 +212,7 @@ impl CoarseObjects {
                 .display_name(scene_facts.scene)
         };
         let object_facts = &scene_facts.objects[self.far];
-        let steps = metres(self.spacing);
+        let steps = format_metres(self.spacing);
         let (near, own) = (self.objects[0], self.objects == [self.far]);
         let what = match (own, self.objects.len()) {
             (true, _) => "it".to_owned(),
@@ -218,10 +221,10 @@ impl CoarseObjects {
         };
         let start = match own {
             true => format!(
-                "it is so far from the rest of the scene that its coordinates are stored in steps of up to {steps}"
+                "it is so far from the rest of the scene that its coordinates are rounded to steps of up to {steps}"
             ),
             false => format!(
-                "it is so far from {what} that coordinates there are stored in steps of up to {steps}"
+                "it is so far from {what} that the coordinates of {what} are rounded to steps of up to {steps}"
             ),
         };
         let end = match (self.is_seen, self.effect) {
@@ -235,14 +238,16 @@ impl CoarseObjects {
             ),
             (true, None) if self.is_mesh => {
                 format!(
-                    ": points a thousandth of the size of {what} apart are one, and the shape is shattered"
+                    ": points a thousandth of the object's size apart are merged in {what}, and the shape is shattered"
                 )
             }
-            (true, None) => format!(": points a thousandth of the size of {what} apart are one"),
+            (true, None) => {
+                format!(": points a thousandth of the object's size apart are merged in {what}")
+            }
         };
         let remedy = match self.severity() {
-            Severity::Harmless => "nothing, unless it is out of its place".to_owned(),
-            _ => format!("move it nearer to the rest of the scene{exact}"),
+            Severity::Harmless => "nothing, unless the object is misplaced".to_owned(),
+            _ => format!("move the object nearer to the rest of the scene{exact}"),
         };
         let at = object_facts
             .bounds

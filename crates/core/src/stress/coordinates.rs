@@ -18,7 +18,7 @@ impl UsedMesh<'_> {
         self.objects.iter().find_map(|object_facts| {
             let (index, material) = object_facts.material?;
             let is_new = judged.insert(index);
-            let lacking = self.first_lacking_set(material).filter(|_| is_new);
+            let lacking = self.first_missing_uv_set(material).filter(|_| is_new);
             match lacking {
                 Some(set) => Some(self.missing_uv_finding(object_facts, set)),
                 None => {
@@ -34,7 +34,7 @@ impl UsedMesh<'_> {
 
     /// Returns the first set of texture coordinates that a material's images use and the mesh
     /// lacks. Images of one colour are ignored: they look the same with any coordinates.
-    fn first_lacking_set(&self, material: &Material) -> Option<u32> {
+    fn first_missing_uv_set(&self, material: &Material) -> Option<u32> {
         let sets: BTreeSet<u32> = material
             .textures()
             .filter(|texture| texture.uv.is_none())
@@ -56,14 +56,15 @@ impl UsedMesh<'_> {
             .is_some_and(|uvs| !uvs.is_empty());
         let reason = match (set, is_there) {
             (_, true) => format!(
-                "the material shows an image by set {set} of texture coordinates, which the mesh lacks or which is (0, 0) everywhere: one texel is shown everywhere"
+                "its material has an image with set {set} of texture coordinates, but this set of the mesh is (0, 0) everywhere, so that a single texel covers the mesh"
             ),
-            (0, false) => "the material shows an image and the mesh has no texture coordinates: each triangle shows its own copy of a corner of it".to_owned(),
+            (0, false) => "its material has an image, but the mesh has no texture coordinates: each triangle shows the same corner of the image".to_owned(),
             _ => format!(
-                "the material reads set {set} of texture coordinates, which the mesh does not have: one texel is shown everywhere"
+                "its material has an image with set {set} of texture coordinates, which the mesh lacks: a single texel covers the mesh"
             ),
         };
-        let remedy = "export the mesh with texture coordinates, or take the image away";
+        let remedy =
+            "export the mesh with texture coordinates, or remove the image from the material";
         let finding = StressFinding::new(
             FindingCode::NoTextureCoordinates,
             Severity::PictureWrong,
@@ -112,8 +113,11 @@ impl UsedMesh<'_> {
         } else {
             Severity::Harmless
         };
-        let reason = "triangles with a normal map have texture coordinates without area, so that the map's directions are not known there";
-        let words = (reason, "unwrap the mesh anew, or give it tangents");
+        let reason = "the texture coordinates of triangles with a normal map span no area, so that the map has no tangent directions there";
+        let words = (
+            reason,
+            "unwrap the mesh again in the modelling program, or export it with tangents",
+        );
         let label = (&tally, "had such coordinates");
         let kind = (FindingCode::FlatTextureCoordinates, severity);
         (tally.count > 0).then(|| self.triangle_finding(kind, object_facts, label, words))

@@ -18,7 +18,7 @@ const MANY: u64 = 64;
 /// Finds generators with copies that coincide: with each other, with copies of an earlier
 /// generator, or with a listed object. The time grows with the number of copies, not with the
 /// number of pairs of generators.
-pub(super) fn check(
+pub(super) fn check_generator_copies(
     scene_facts: &SceneFacts<'_>,
     doubles: &DuplicateObjects,
     survey: &RaySurvey,
@@ -29,10 +29,12 @@ pub(super) fn check(
         let first = *first_by_key
             .entry(generator_key(generator))
             .or_insert(index);
-        findings.extend(own_copies(scene_facts, index, generator).or_else(|| {
-            (first < index).then(|| twin_generator_finding(scene_facts, [first, index]))
-        }));
-        if let Some(found) = doubles.copies_over_objects(scene_facts, index) {
+        findings.extend(
+            coinciding_copies_finding(scene_facts, index, generator).or_else(|| {
+                (first < index).then(|| twin_generator_finding(scene_facts, [first, index]))
+            }),
+        );
+        if let Some(found) = doubles.find_copies_over_objects(scene_facts, index) {
             findings.push(copy_over_object_finding(scene_facts, survey, index, found));
         }
     }
@@ -57,24 +59,28 @@ fn generator_key(generator: &Generator) -> (u64, String) {
 
 /// Returns the severity of coinciding copies and the words for their effect. `most` is the greatest
 /// number of copies at one position.
-fn judged(scene_facts: &SceneFacts<'_>, generator: usize, most: u64) -> (Severity, &'static str) {
+fn coinciding_copies_severity(
+    scene_facts: &SceneFacts<'_>,
+    generator: usize,
+    most: u64,
+) -> (Severity, &'static str) {
     let object_facts = &scene_facts.objects[scene_facts.scene.objects.len() + generator];
     if object_facts.is_blended() {
-        let label = "light that passes is dimmed by each of them";
+        let label = "each copy dims the light that passes";
         (Severity::PictureWrong, label)
     } else if object_facts.emits_light() {
-        let label = "each of them shines, so that they give more light than their look suggests";
+        let label = "each copy emits light, so that they give more light than a single one";
         (Severity::PictureWrong, label)
     } else if most > MANY {
-        let label = "only one of them is seen, and rays are tested against all";
+        let label = "only one copy is seen, but rays are tested against all copies";
         (Severity::SlowOrNoisy, label)
     } else {
-        let label = "of the same material, so that nothing of it is seen";
+        let label = "with the same material, so that the fault is not visible";
         (Severity::Harmless, label)
     }
 }
 
-fn own_copies(
+fn coinciding_copies_finding(
     scene_facts: &SceneFacts<'_>,
     index: usize,
     generator: &Generator,
@@ -93,13 +99,14 @@ fn own_copies(
     let first = first?;
     let most = counts.values().copied().max().unwrap_or(0);
     let copies = counts.values().map(|count| count - 1).sum();
-    let (severity, label) = judged(scene_facts, index, most);
+    let (severity, label) = coinciding_copies_severity(scene_facts, index, most);
     let object_facts = &scene_facts.objects[scene_facts.scene.objects.len() + index];
-    let reason = format!("copies of it stand in one place, up to {most} there: {label}");
-    let remedy = "give the grid a `step`, or the scatter a larger box between `min` and `max`, or fewer copies";
+    let reason = format!("copies coincide, up to {most} in one place: {label}");
+    let remedy =
+        "set a `step` for the grid, or a larger box (`min`, `max`) or fewer copies for the scatter";
     let code = FindingCode::DuplicateObject;
     let finding = StressFinding::new(code, severity, object_facts.subject, reason, remedy)
-        .with_count(copies, total, "copies", "stood where another one stands");
+        .with_count(copies, total, "copies", "coincide with another one");
     // Its bounds are those of its first copy.
     let start = generator_offsets(&generator.kind)
         .next()
@@ -127,7 +134,7 @@ fn copy_over_object_finding(
         reason: finding.reason.replacen("it is", "a copy of it is", 1),
         ..finding
     }
-    .with_count(count, total, "copies", "stood where a listed object stands")
+    .with_count(count, total, "copies", "coincide with a listed object")
     .with_place(centre.and_then(|centre| finite_point(centre + offset)))
 }
 
@@ -138,18 +145,21 @@ fn twin_generator_finding(
 ) -> StressFinding {
     let listed = scene_facts.scene.objects.len();
     let [other, own] = [before, index].map(|generator| &scene_facts.objects[listed + generator]);
-    let (severity, label) = match judged(scene_facts, index, 2) {
+    let (severity, label) = match coinciding_copies_severity(scene_facts, index, 2) {
         (Severity::Harmless, _) if other.object.material != own.object.material => (
             Severity::PictureWrong,
-            "of another material, and only one of each two is seen; the scene does not say which",
+            "with another material: of each two only one is seen, and the scene file does not determine which",
         ),
         known => known,
     };
     let reason = format!(
-        "its copies are in one place with those of {}: {label}",
+        "its copies coincide with those of {}: {label}",
         other.subject.display_name(scene_facts.scene)
     );
-    let (code, remedy) = (FindingCode::DuplicateObject, "remove one of them");
+    let (code, remedy) = (
+        FindingCode::DuplicateObject,
+        "remove one of the two generators",
+    );
     let at = own.bounds.and_then(|bounds| finite_point(bounds.centre()));
     StressFinding::new(code, severity, own.subject, reason, remedy).with_place(at)
 }

@@ -60,8 +60,8 @@ pub(super) struct DepthResolution<'a> {
 impl<'a> DepthResolution<'a> {
     pub fn new(precision: PrecisionChoice, views: &'a [CameraView], bounds: &Aabb) -> Self {
         let skipped = |view: &CameraView| match precision {
-            PrecisionChoice::Robust => view.skipped_distance::<f32>(bounds),
-            PrecisionChoice::Reference => view.skipped_distance::<f64>(bounds),
+            PrecisionChoice::Robust => view.eye_to_origin_distance::<f32>(bounds),
+            PrecisionChoice::Reference => view.eye_to_origin_distance::<f64>(bounds),
         };
         Self {
             precision,

@@ -27,14 +27,14 @@ const NEAR: f64 = 1e-4;
 
 /// An opaque object that blocks most rays between a light and the visible surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Cover {
+pub(super) struct LightBlocker {
     pub object: usize,
     /// The light whose rays it blocks.
     pub light: FindingSubject,
 }
 
 /// Search for an object that blocks the rays from lights to visible points.
-pub(super) struct CoverSearch<'a> {
+pub(super) struct LightBlockerTask<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
     /// Visible points, slightly in front of their surfaces, in metres.
     pub seen: Vec<DVec3>,
@@ -49,13 +49,13 @@ struct LightPath {
     own: Option<usize>,
 }
 
-impl PreparedSceneTask for CoverSearch<'_> {
-    type Output = Option<Cover>;
+impl PreparedSceneTask for LightBlockerTask<'_> {
+    type Output = Option<LightBlocker>;
 
-    fn run<R: Real>(&self, prepared: &PreparedScene<R>) -> Option<Cover> {
+    fn run<R: Real>(&self, prepared: &PreparedScene<R>) -> Option<LightBlocker> {
         let mut counts: BTreeMap<FindingSubject, BTreeMap<Option<usize>, u64>> = BTreeMap::new();
-        for path in self.paths() {
-            let object = self.blocker(prepared, &path);
+        for path in self.light_paths() {
+            let object = self.find_blocker(prepared, &path);
             let of_light = counts.entry(path.light).or_default();
             *of_light.entry(object).or_insert(0) += 1;
         }
@@ -66,13 +66,13 @@ impl PreparedSceneTask for CoverSearch<'_> {
                 .into_iter()
                 .max_by_key(|(object, count)| (object.is_some(), *count))?;
             let object = most.0.filter(|_| free <= FREE * total / 100)?;
-            Some(Cover { object, light })
+            Some(LightBlocker { object, light })
         })
     }
 }
 
-impl CoverSearch<'_> {
-    fn paths(&self) -> Vec<LightPath> {
+impl LightBlockerTask<'_> {
+    fn light_paths(&self) -> Vec<LightPath> {
         let scene = self.scene_facts.scene;
         let far = 2.0 * self.scene_facts.bounds_diagonal() + 1.0;
         let seen = || self.seen.iter().take(PLACES).copied();
@@ -124,7 +124,11 @@ impl CoverSearch<'_> {
     }
 
     /// Returns the first opaque object on a path, or `None` if the path is unblocked.
-    fn blocker<R: Real>(&self, prepared: &PreparedScene<R>, path: &LightPath) -> Option<usize> {
+    fn find_blocker<R: Real>(
+        &self,
+        prepared: &PreparedScene<R>,
+        path: &LightPath,
+    ) -> Option<usize> {
         let distance = path.from.distance(path.to);
         let direction = (path.to - path.from).try_normalize()?;
         let from = path.from - prepared.origin.origin;
@@ -135,7 +139,7 @@ impl CoverSearch<'_> {
             let object = self.scene_facts.facts_index(hit.outermost_id());
             let object_facts = &self.scene_facts.objects[object];
             range.min = hit.t;
-            if path.own == Some(object) || object_facts.matter != SurfaceKind::Opaque {
+            if path.own == Some(object) || object_facts.surface_kind != SurfaceKind::Opaque {
                 continue;
             }
             let is_before = hit.t.to_f64() < distance * (1.0 - NEAR);

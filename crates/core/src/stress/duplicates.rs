@@ -51,7 +51,7 @@ impl DuplicateObjects {
                         .entry(mesh)
                         .or_insert_with(|| mesh_content_hash(data))
                 });
-            let (label, place) = object_key(object_facts, object_facts.map, content);
+            let (label, place) = object_key(object_facts, object_facts.object_to_world, content);
             let alike = places.entry(label).or_default();
             *alike.entry(place).or_insert(index)
         };
@@ -69,7 +69,11 @@ impl DuplicateObjects {
     }
 
     /// Returns a finding for each listed object that coincides with an earlier one.
-    pub fn check(&self, scene_facts: &SceneFacts<'_>, survey: &RaySurvey) -> Vec<StressFinding> {
+    pub fn check_listed_objects(
+        &self,
+        scene_facts: &SceneFacts<'_>,
+        survey: &RaySurvey,
+    ) -> Vec<StressFinding> {
         let twins = self.first.iter().enumerate();
         twins
             .filter(|(index, first)| index != *first)
@@ -80,7 +84,7 @@ impl DuplicateObjects {
     /// Finds copies of a generator that coincide with listed objects. Returns the number of these
     /// copies, the listed object of the first, and the offset of the first from the generator's
     /// first copy.
-    pub fn copies_over_objects(
+    pub fn find_copies_over_objects(
         &self,
         scene_facts: &SceneFacts<'_>,
         generator: usize,
@@ -88,13 +92,13 @@ impl DuplicateObjects {
         let object_facts = &scene_facts.objects[scene_facts.scene.objects.len() + generator];
         let mesh = scene_facts.mesh_of_object(object_facts.object);
         let content = mesh.and_then(|(mesh, _)| self.meshes.get(&mesh).copied());
-        let (label, _) = object_key(object_facts, object_facts.map, content);
+        let (label, _) = object_key(object_facts, object_facts.object_to_world, content);
         let alike = self.places.get(&label)?;
         let kind = &scene_facts.scene.generators[generator].kind;
         let start = generator_offsets(kind).next()?;
         let (mut count, mut first) = (0, None);
         for offset in generator_offsets(kind) {
-            let mut map = object_facts.map;
+            let mut map = object_facts.object_to_world;
             map.translation += offset - start;
             let (_, place) = object_key(object_facts, map, content);
             if let Some(&listed) = alike.get(&place) {
@@ -206,24 +210,26 @@ pub(super) fn duplicate_finding(
         [before, index].map(|object| RaySurvey::sighting_count(&survey.sightings, &object));
     let is_seen = sightings.iter().sum::<u64>() > 0;
     let (severity, label) = if pair.iter().any(|object_facts| object_facts.is_blended()) {
-        let label = "light that passes is dimmed twice";
+        let label = "both dim the light that passes";
         (Severity::PictureWrong, label)
     } else if pair.iter().all(|object_facts| object_facts.emits_light()) {
-        let label = "both shine, so that it gives twice the light that its look suggests";
+        let label = "both emit light, so that they give twice the light of one";
         (Severity::PictureWrong, label)
     } else if pair[0].object.material == pair[1].object.material {
         (
             Severity::Harmless,
-            "of the same material, so that nothing of it is seen",
+            "with the same material, so that the fault is not visible",
         )
     } else if is_seen {
-        let label =
-            "of another material, and only one of the two is seen; the scene does not say which";
+        let label = "with another material: only one of the two is seen, and the scene file does not determine which";
         (Severity::PictureWrong, label)
     } else {
-        (Severity::Harmless, "of another material; no camera sees it")
+        (
+            Severity::Harmless,
+            "with another material; no camera sees either of the two",
+        )
     };
-    let reason = format!("it is in one place with {other}: {label}");
+    let reason = format!("it is in the same place as {other}: {label}");
     let seen_at = [before, index]
         .iter()
         .find_map(|object| finite_point(survey.sightings.get(object)?.position));
@@ -237,7 +243,7 @@ pub(super) fn duplicate_finding(
         severity,
         object_facts.subject,
         reason,
-        "remove one of them",
+        "remove one of the two",
     )
     .with_place(at)
 }

@@ -24,7 +24,7 @@ impl GlassBodies {
     pub fn from_scene(scene_facts: &SceneFacts<'_>) -> Self {
         let objects = scene_facts.objects.iter().enumerate();
         let bodies = objects
-            .filter(|(_, object)| object.matter == SurfaceKind::Body)
+            .filter(|(_, object)| object.surface_kind == SurfaceKind::Body)
             .filter_map(|(index, object)| Some((index, object.bounds?)))
             .take(BODIES)
             .collect();

@@ -53,14 +53,14 @@ pub(super) fn find_flat_faces(
         Shape::Mesh(_) => mesh_faces(object_facts, scene_facts, topologies, room),
         ref shape => shape_faces(shape),
     };
-    let turned = object_facts.map.matrix3.inverse().transpose();
+    let turned = object_facts.object_to_world.matrix3.inverse().transpose();
     let in_world = |face: LocalFace| FlatFace {
         object,
         normal: (turned * face.normal).normalize(),
         corners: face
             .corners
             .iter()
-            .map(|&corner| object_facts.map.transform_point3(corner))
+            .map(|&corner| object_facts.object_to_world.transform_point3(corner))
             .collect(),
         is_endless: face.is_endless,
         is_sheet: face.is_sheet,

@@ -59,9 +59,9 @@ pub(crate) struct ObjectFacts<'a> {
     pub subject: FindingSubject,
     /// The material, with its index in the scene's list.
     pub material: Option<(usize, &'a Material)>,
-    pub matter: SurfaceKind,
+    pub surface_kind: SurfaceKind,
     /// Transform from object to world space; for a generator, that of its first object.
-    pub map: DAffine3,
+    pub object_to_world: DAffine3,
     /// World-space bounding box of the object, or of a generator's first object. `None` if
     /// unbounded.
     pub bounds: Option<Aabb>,
@@ -96,7 +96,7 @@ pub(crate) struct SceneFacts<'a> {
     /// Bounding box of all bounded objects, in metres.
     pub bounds: Aabb,
     /// Number of objects before each generator's first object: listed and generated ones.
-    starts: Vec<u64>,
+    first_generated_indices: Vec<u64>,
 }
 
 impl<'a> SceneFacts<'a> {
@@ -118,8 +118,8 @@ impl<'a> SceneFacts<'a> {
                 object,
                 subject: FindingSubject::Object(index),
                 material,
-                matter,
-                map,
+                surface_kind: matter,
+                object_to_world: map,
                 bounds: object_bounds(&lookup, &mut meshes, object, map),
             }
         };
@@ -145,7 +145,7 @@ impl<'a> SceneFacts<'a> {
             lookup,
             objects,
             bounds,
-            starts,
+            first_generated_indices: starts,
         }
     }
 
@@ -156,7 +156,11 @@ impl<'a> SceneFacts<'a> {
         if object < listed {
             object
         } else {
-            listed + self.starts.partition_point(|&start| start <= object as u64) - 1
+            listed
+                + self
+                    .first_generated_indices
+                    .partition_point(|&start| start <= object as u64)
+                - 1
         }
     }
 

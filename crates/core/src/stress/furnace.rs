@@ -25,19 +25,19 @@ pub(super) struct FurnaceAlbedo {
     /// Index in the scene's list of materials.
     pub material: usize,
     /// Ratio of reflected to received light: the mean of all pixels, in the brightest channel.
-    pub sent_back: f64,
+    pub albedo: f64,
 }
 
 impl FurnaceAlbedo {
     pub fn creates_energy(&self) -> bool {
-        self.sent_back > MOST
+        self.albedo > MOST
     }
 }
 
 /// Measures the materials in use, as many as the time allows. Returns the results, and the number
 /// of materials to measure. Classic materials under Whitted's rules are left out: they do not model
 /// energy.
-pub(super) fn measure_furnaces(
+pub(super) fn run_furnace_tests(
     scene_facts: &SceneFacts<'_>,
     settings: &Settings,
     deadline: &RayDeadline<'_>,
@@ -60,7 +60,7 @@ pub(super) fn measure_furnaces(
         measured.extend(
             furnace_albedo(scene_facts.scene, material, settings).map(|sent_back| FurnaceAlbedo {
                 material: index,
-                sent_back,
+                albedo: sent_back,
             }),
         );
     }

@@ -18,26 +18,36 @@ pub(super) fn check_hidden_sheets(
     survey: &RaySurvey,
     views: &[CameraView],
 ) -> Vec<StressFinding> {
-    let has_eye = |body: &&ObjectFacts<'_>| views.iter().any(|view| contains(body, view.eye()));
-    let bodies: Vec<&ObjectFacts<'_>> = listed(scene_facts)
-        .filter(|object| hides_inside(object))
+    let has_eye = |body: &&ObjectFacts<'_>| {
+        views
+            .iter()
+            .any(|view| body_contains_point(body, view.eye()))
+    };
+    let bodies: Vec<&ObjectFacts<'_>> = listed_objects_at_rest(scene_facts)
+        .filter(|object| is_opaque_closed_body(object))
         .filter(|body| !has_eye(body))
         .take(MOST)
         .collect();
     if bodies.is_empty() {
         return Vec::new();
     }
-    let sheets = listed(scene_facts)
+    let sheets = listed_objects_at_rest(scene_facts)
         .filter(|sheet| !sheet.emits_light())
-        .filter(|sheet| RaySurvey::sighting_count(&survey.first, &sheet.subject.list_index()) == 0)
+        .filter(|sheet| {
+            RaySurvey::sighting_count(&survey.first_hits, &sheet.subject.list_index()) == 0
+        })
         .filter_map(|sheet| Some((sheet, sheet_corners(sheet)?)));
     let finding = |(sheet, corners): (&ObjectFacts<'_>, Vec<DVec3>)| {
         let mut around = bodies.iter();
-        let body = around.find(|body| corners.iter().all(|&corner| contains(body, corner)))?;
+        let body = around.find(|body| {
+            corners
+                .iter()
+                .all(|&corner| body_contains_point(body, corner))
+        })?;
         let name = body.subject.display_name(scene_facts.scene);
         let reason =
-            format!("it lies wholly within {name}, which is opaque, so that it is never seen");
-        let remedy = format!("move it to the surface of {name} or out of it, or remove it");
+            format!("it lies entirely inside {name}, which is opaque, so that it is never visible");
+        let remedy = format!("move the object to the surface of {name} or outside, or remove it");
         let (code, severity) = (FindingCode::InvisibleObject, Severity::Harmless);
         let place = sheet
             .bounds
@@ -48,14 +58,16 @@ pub(super) fn check_hidden_sheets(
     sheets.take(MOST).filter_map(finding).collect()
 }
 
-fn listed<'a>(scene_facts: &'a SceneFacts<'a>) -> impl Iterator<Item = &'a ObjectFacts<'a>> {
+fn listed_objects_at_rest<'a>(
+    scene_facts: &'a SceneFacts<'a>,
+) -> impl Iterator<Item = &'a ObjectFacts<'a>> {
     let count = scene_facts.scene.objects.len();
     let at_rest = |object: &&ObjectFacts<'_>| object.object.transform_end.is_none();
     scene_facts.objects.iter().take(count).filter(at_rest)
 }
 
 /// Returns whether a body is a closed box or ball, opaque everywhere when seen from outside.
-fn hides_inside(body: &ObjectFacts<'_>) -> bool {
+fn is_opaque_closed_body(body: &ObjectFacts<'_>) -> bool {
     let is_whole = body
         .material
         .is_some_and(|(_, material)| match &material.model {
@@ -64,18 +76,18 @@ fn hides_inside(body: &ObjectFacts<'_>) -> bool {
         });
     let is_shown = matches!(body.object.side, SideRule::Both | SideRule::Outside);
     let is_closed = matches!(body.object.shape, Shape::Box { .. } | Shape::Sphere { .. });
-    is_closed && is_shown && is_whole && body.matter == SurfaceKind::Opaque
+    is_closed && is_shown && is_whole && body.surface_kind == SurfaceKind::Opaque
 }
 
 /// Returns whether a point is strictly inside a box or ball.
-fn contains(body: &ObjectFacts<'_>, point: DVec3) -> bool {
+fn body_contains_point(body: &ObjectFacts<'_>, point: DVec3) -> bool {
     if body
         .bounds
         .is_some_and(|b| point.cmplt(b.min).any() || point.cmpgt(b.max).any())
     {
         return false;
     }
-    let point = body.map.inverse().transform_point3(point);
+    let point = body.object_to_world.inverse().transform_point3(point);
     match body.object.shape {
         Shape::Box { min, max } => {
             let [min, max] = [min, max].map(DVec3::from);
@@ -113,6 +125,6 @@ fn sheet_corners(sheet: &ObjectFacts<'_>) -> Option<Vec<DVec3>> {
         }
         _ => return None,
     };
-    let in_world = |corner: DVec3| sheet.map.transform_point3(corner);
+    let in_world = |corner: DVec3| sheet.object_to_world.transform_point3(corner);
     Some(corners.into_iter().map(in_world).collect())
 }

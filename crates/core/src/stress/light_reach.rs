@@ -7,7 +7,7 @@ use raywright_bvh::Aabb;
 use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::{Lamp, LightReach};
-use super::numbers::{format_decimal, metres};
+use super::numbers::{format_decimal, format_metres};
 use crate::scene::{Light, LightKind, Triple};
 
 /// Limits below which a lamp lights nothing. With a distance d, they apply to these shares of d²:
@@ -30,7 +30,7 @@ pub(super) fn light_position(kind: &LightKind) -> Option<Triple> {
 /// not count.
 pub(super) fn is_behind_glass(reach: &LightReach) -> bool {
     const FEWEST: u64 = 8;
-    reach.glass_ways >= FEWEST && reach.glass_ways > reach.free_ways
+    reach.rays_through_glass >= FEWEST && reach.rays_through_glass > reach.unblocked_rays
 }
 
 /// Returns the findings about a light. `reach` holds the rays that were traced for the light;
@@ -52,13 +52,13 @@ pub(super) fn check_light(
     let mut findings = Vec::new();
     if let Some(surface) = reach.and_then(|reach| reach.surface) {
         let reason = format!(
-            "it lies in the surface of {} and shines along it, so that it does not light it",
+            "it lies in the surface of {} and shines along that surface without lighting it",
             name(surface)
         );
         let remedy = "move it out of that surface, to the side that it should light";
         let (code, severity) = (FindingCode::LightInSurface, Severity::Harmless);
         findings.push(finding(code, severity, reason, remedy.to_owned()));
-    } else if let Some((reason, remedy)) = miss_texts(scene_facts, light, reach) {
+    } else if let Some((reason, remedy)) = missed_scene_texts(scene_facts, light, reach) {
         let (code, severity) = (FindingCode::LightMissesScene, Severity::SlowOrNoisy);
         findings.push(finding(code, severity, reason, remedy));
     }
@@ -68,15 +68,15 @@ pub(super) fn check_light(
     {
         let glass = name(glass);
         let reason = format!(
-            "it has no size, and {glass} is glass in its way: no path can meet it through that, so that it lights nothing behind it"
+            "this light has no size, and {glass} in its way is glass: paths cannot hit a light without size through glass, so that it lights nothing behind the glass"
         );
         let remedy = format!(
-            "set `thin_walled` for the material of {glass}, or give the light a size: an object that shines, or a sun in the sky"
+            "set `thin_walled` for the material of {glass}, or replace the light by one with a size: an emissive object, or a sun in the sky"
         );
         let (code, severity) = (FindingCode::LightBehindGlass, Severity::PictureWrong);
-        let all = reach.glass_ways + reach.free_ways;
+        let all = reach.rays_through_glass + reach.unblocked_rays;
         findings.push(finding(code, severity, reason, remedy).with_count(
-            reach.glass_ways,
+            reach.rays_through_glass,
             all,
             "rays",
             "that nothing opaque blocks pass through glass",
@@ -86,7 +86,7 @@ pub(super) fn check_light(
 }
 
 /// Returns the reason and the remedy if no light arrives at the scene, otherwise `None`.
-fn miss_texts(
+fn missed_scene_texts(
     scene_facts: &SceneFacts<'_>,
     light: &Light,
     reach: Option<&LightReach>,
@@ -105,34 +105,37 @@ fn miss_texts(
     // The surface that its rays hit; the box of everything is nearer, and has no surface there.
     let nearest = sent.and_then(|reach| reach.nearest);
     if let Some(range) = range.filter(|range| misses && nearest.is_some_and(|n| *range <= n)) {
-        let nearest = metres(nearest?);
+        let nearest = format_metres(nearest?);
         let reason = format!(
-            "its `range` of {} ends before any surface, so that it lights nothing: the nearest one that its rays hit is {nearest} away",
-            metres(range)
+            "its `range` of {} ends before any surface, so that it lights nothing: the nearest surface on its rays is {nearest} away",
+            format_metres(range)
         );
-        let remedy =
-            format!("move it nearer, or raise its `range` well above {nearest}, or remove that");
+        let remedy = format!(
+            "move the light nearer, set its `range` well above {nearest}, or remove `range`"
+        );
         return Some((reason, remedy));
     }
     let to_other = match light.kind {
-        LightKind::Spot { .. } => "turn its `direction` to what it should light, or move it",
-        _ => "move it to what it should light",
+        LightKind::Spot { .. } => {
+            "point its `direction` at the objects that it should light, or move the light"
+        }
+        _ => "move the light to the objects that it should light",
     };
     if let Some(lamp) = sent.filter(|_| misses).and_then(|reach| reach.lamp) {
         let lamp = scene_facts.objects[lamp].subject;
         let reason = format!(
-            "it shines at nothing but {}, which shines itself",
+            "it lights nothing but {}, which is a lamp itself",
             lamp.display_name(scene_facts.scene)
         );
         return Some((reason, to_other.to_owned()));
     }
-    if let Some((reason, remedy)) = spot_texts(light, position, &scene_facts.bounds, misses) {
+    if let Some((reason, remedy)) = spot_miss_texts(light, position, &scene_facts.bounds, misses) {
         return Some((reason, remedy));
     }
     let rays = sent.filter(|_| misses)?.rays;
     let reason = match light.kind {
         LightKind::Spot { .. } => {
-            format!("its cone points past everything: none of {rays} rays in it hits a surface")
+            format!("its cone misses all objects: none of {rays} rays in the cone hits a surface")
         }
         _ => format!("none of {rays} rays from it hits a surface"),
     };
@@ -141,7 +144,7 @@ fn miss_texts(
 
 /// Returns the reason and the remedy for a spot light outside the scene's bounding sphere whose
 /// cone misses the scene.
-fn spot_texts(
+fn spot_miss_texts(
     light: &Light,
     position: DVec3,
     bounds: &Aabb,
@@ -175,7 +178,7 @@ fn spot_texts(
         return None;
     }
     let reason = format!(
-        "its cone points past everything: the middle of the scene is {off:.0} degrees from its `direction`, and its `outer_angle` is {outer_angle} degrees"
+        "its cone misses all objects: the middle of the scene is {off:.0} degrees off its `direction`, and its `outer_angle` is {outer_angle} degrees"
     );
     // No cone is wider than 90 degrees.
     let remedy = match off.ceil() {
@@ -188,7 +191,10 @@ fn spot_texts(
 }
 
 /// Returns the finding about a lamp whose area is too small to light anything.
-pub(super) fn sizeless_lamp(scene_facts: &SceneFacts<'_>, lamp: &Lamp) -> Option<StressFinding> {
+pub(super) fn sizeless_lamp_finding(
+    scene_facts: &SceneFacts<'_>,
+    lamp: &Lamp,
+) -> Option<StressFinding> {
     let object_facts = &scene_facts.objects[lamp.object];
     let size = scene_facts.bounds_diagonal();
     let distance = if size > 0.0 {
@@ -205,9 +211,10 @@ pub(super) fn sizeless_lamp(scene_facts: &SceneFacts<'_>, lamp: &Lamp) -> Option
         area => format!("an area of {} square metres", format_decimal(area)),
     };
     let reason = format!(
-        "it has {area}, so that it gives off no light to speak of, and rays go to it in vain"
+        "this lamp has {area}, so that it gives almost no light, and rays to it are wasted"
     );
-    let remedy = "make it larger, or remove it; for a light without a size add one to `lights`";
+    let remedy =
+        "make the lamp larger, or remove it; for a light without size, add an entry to `lights`";
     let (code, severity) = (FindingCode::UnreachedLight, Severity::SlowOrNoisy);
     let place = object_facts.bounds.map(|bounds| bounds.centre());
     let finding = StressFinding::new(code, severity, object_facts.subject, reason, remedy);

@@ -50,10 +50,10 @@ pub(super) struct LightReach {
     pub lamp: Option<usize>,
     /// Opaque object in whose surface the light lies.
     pub surface: Option<usize>,
-    /// Numbers of rays from visible surfaces to the light. `free_ways`: unblocked rays.
-    /// `glass_ways`: rays blocked by glass alone.
-    pub free_ways: u64,
-    pub glass_ways: u64,
+    /// Numbers of rays from visible surfaces to the light. `unblocked_rays`: unblocked rays.
+    /// `rays_through_glass`: rays blocked by glass alone.
+    pub unblocked_rays: u64,
+    pub rays_through_glass: u64,
     /// The first glass object that blocked a ray.
     pub glass: Option<usize>,
 }
@@ -85,7 +85,7 @@ pub(super) struct LightSurvey {
     pub lamps: Vec<Lamp>,
     /// Greatest radiance among directions sampled by the sky's brightness, the mean of three
     /// channels.
-    pub sky_radiance: f64,
+    pub max_sky_radiance: f64,
 }
 
 impl LightSurvey {
@@ -96,8 +96,8 @@ impl LightSurvey {
             return other;
         }
         for (own, other) in self.lights.iter_mut().zip(other.lights) {
-            own.free_ways += other.free_ways;
-            own.glass_ways += other.glass_ways;
+            own.unblocked_rays += other.unblocked_rays;
+            own.rays_through_glass += other.rays_through_glass;
             own.glass = own.glass.or(other.glass);
         }
         for (own, other) in self.lamps.iter_mut().zip(other.lamps) {
@@ -124,7 +124,7 @@ impl LightSurvey {
     /// Returns the greatest radiance of emissive objects and of the sky.
     pub fn max_radiance(&self) -> f64 {
         let lamps = self.lamps.iter().map(|lamp| lamp.radiance);
-        lamps.fold(self.sky_radiance, f64::max)
+        lamps.fold(self.max_sky_radiance, f64::max)
     }
 }
 
@@ -147,7 +147,7 @@ impl PreparedSceneTask for LightSurveyTask<'_> {
         let lights = &self.scene_facts.scene.lights;
         let seen = match lights.is_empty() {
             true => Vec::new(),
-            false => tracer.seen_places(self.size),
+            false => tracer.visible_points(self.size),
         };
         let count = (ALL_RAYS / lights.len().max(1)).clamp(64, MOST_RAYS);
         let survey = |light: &Light| match light.colour {
@@ -159,8 +159,8 @@ impl PreparedSceneTask for LightSurveyTask<'_> {
         LightSurvey {
             surveyed: lights.iter().flatten().count() as u64,
             lights: lights.into_iter().map(Option::unwrap_or_default).collect(),
-            lamps: tracer.lamps(),
-            sky_radiance: tracer.sky_radiance(),
+            lamps: tracer.measure_lamps(),
+            max_sky_radiance: tracer.max_sky_radiance(),
         }
     }
 }
@@ -172,7 +172,7 @@ struct LightTracer<'a, R: Real> {
 }
 
 /// A surface point that the camera sees. The normal points to the camera's side.
-struct SeenPlace {
+struct VisiblePoint {
     position: DVec3,
     normal: DVec3,
 }
@@ -197,7 +197,7 @@ impl<R: Real> LightTracer<'_, R> {
     }
 
     /// Returns points on opaque, non-emissive surfaces that the camera sees.
-    fn seen_places(&self, size: [u32; 2]) -> Vec<SeenPlace> {
+    fn visible_points(&self, size: [u32; 2]) -> Vec<VisiblePoint> {
         let [width, height] = PLACES;
         let places = (0..width * height).filter_map(|i| {
             let at = |axis: usize, cell: u32| {
@@ -209,13 +209,13 @@ impl<R: Real> LightTracer<'_, R> {
             let range = Interval::positive();
             let hit = self.prepared.geometry.closest(&ray, range, &mut ())?;
             let object_facts = &self.scene_facts.objects[self.facts_index(&hit)];
-            if object_facts.matter != SurfaceKind::Opaque || object_facts.emits_light() {
+            if object_facts.surface_kind != SurfaceKind::Opaque || object_facts.emits_light() {
                 return None;
             }
             let surface = self.prepared.geometry.surface(&ray, &hit);
             let (normal, direction) = (surface.normal.to_f64(), ray.direction.to_f64());
             let is_back = normal.dot(direction) > 0.0;
-            Some(SeenPlace {
+            Some(VisiblePoint {
                 position: self.prepared.to_world(surface.point),
                 normal: if is_back { -normal } else { normal },
             })
@@ -223,9 +223,9 @@ impl<R: Real> LightTracer<'_, R> {
         places.collect()
     }
 
-    fn survey_light(&self, kind: &LightKind, count: usize, seen: &[SeenPlace]) -> LightReach {
+    fn survey_light(&self, kind: &LightKind, count: usize, seen: &[VisiblePoint]) -> LightReach {
         let mut reach = LightReach::default();
-        self.count_ways(kind, seen, &mut reach);
+        self.count_shadow_rays(kind, seen, &mut reach);
         let (position, range, cone) = match *kind {
             LightKind::Directional { .. } => return reach,
             LightKind::Point {
@@ -242,7 +242,7 @@ impl<R: Real> LightTracer<'_, R> {
                 (DVec3::from(position), range, Some((axis, outer_angle)))
             }
         };
-        reach.surface = self.surface_of_point(position);
+        reach.surface = self.find_surface_at_point(position);
         let (axis, lowest) = cone.map_or((DVec3::Y, -1.0), |(axis, angle)| {
             (axis, libm::cos(angle.to_radians()))
         });
@@ -270,20 +270,20 @@ impl<R: Real> LightTracer<'_, R> {
 
     /// Returns the opaque object in whose surface a point lies. Short rays along the three axes
     /// pass through the point; any surface through the point crosses at least one of them.
-    fn surface_of_point(&self, point: DVec3) -> Option<usize> {
+    fn find_surface_at_point(&self, point: DVec3) -> Option<usize> {
         let rounding = 2.0 * f64::from(f32::EPSILON) * point.abs().max_element();
         let half = rounding.max(IN_SURFACE * point.distance(self.eye));
         DVec3::AXES.into_iter().find_map(|axis| {
             let hit = self.closest(point - axis * half, axis, [0.0, 2.0 * half])?;
             let object = self.facts_index(&hit);
-            let is_opaque = self.scene_facts.objects[object].matter == SurfaceKind::Opaque;
+            let is_opaque = self.scene_facts.objects[object].surface_kind == SurfaceKind::Opaque;
             is_opaque.then_some(object)
         })
     }
 
     /// Traces rays from visible points to a light, and counts the unblocked rays and those blocked
     /// by glass.
-    fn count_ways(&self, kind: &LightKind, seen: &[SeenPlace], reach: &mut LightReach) {
+    fn count_shadow_rays(&self, kind: &LightKind, seen: &[VisiblePoint], reach: &mut LightReach) {
         for place in seen {
             let (direction, distance) = match *kind {
                 LightKind::Directional { to_light } => {
@@ -294,14 +294,14 @@ impl<R: Real> LightTracer<'_, R> {
                     (away.normalize_or_zero(), away.length())
                 }
             };
-            if place.normal.dot(direction) <= 1e-3 || !lights_direction(kind, direction) {
+            if place.normal.dot(direction) <= 1e-3 || !light_emits_towards(kind, direction) {
                 continue;
             }
-            match self.obstacle(place.position, direction, distance) {
-                None => reach.free_ways += 1,
+            match self.find_obstacle(place.position, direction, distance) {
+                None => reach.unblocked_rays += 1,
                 Some(Obstacle::Opaque) => {}
                 Some(Obstacle::Glass(object)) => {
-                    reach.glass_ways += 1;
+                    reach.rays_through_glass += 1;
                     reach.glass = reach.glass.or(Some(object));
                 }
             }
@@ -309,7 +309,7 @@ impl<R: Real> LightTracer<'_, R> {
     }
 
     /// Returns what blocks a ray to a light, or `None`.
-    fn obstacle(&self, from: DVec3, direction: DVec3, distance: f64) -> Option<Obstacle> {
+    fn find_obstacle(&self, from: DVec3, direction: DVec3, distance: f64) -> Option<Obstacle> {
         let size = self.scene_facts.bounds_diagonal();
         let start = NEAR * if distance.is_finite() { distance } else { size };
         let (mut least, end) = (start, distance * (1.0 - NEAR));
@@ -323,7 +323,7 @@ impl<R: Real> LightTracer<'_, R> {
             let is_physical = object_facts
                 .material
                 .is_some_and(|(_, m)| matches!(m.model, MaterialModel::Physical(_)));
-            match object_facts.matter {
+            match object_facts.surface_kind {
                 _ if !object_facts.object.casts_shadow => {}
                 SurfaceKind::Opaque => return Some(Obstacle::Opaque),
                 SurfaceKind::Body if is_physical => glass = glass.or(Some(object)),
@@ -334,7 +334,7 @@ impl<R: Real> LightTracer<'_, R> {
         glass.map(Obstacle::Glass)
     }
 
-    fn lamps(&self) -> Vec<Lamp> {
+    fn measure_lamps(&self) -> Vec<Lamp> {
         let emitters = &self.prepared.lights.emitters;
         let glass_bodies = GlassBodies::from_scene(self.scene_facts);
         let closest_hit = |from: DVec3, direction: DVec3, least: f64| {
@@ -357,7 +357,7 @@ impl<R: Real> LightTracer<'_, R> {
         emitters.areas_and_powers().enumerate().map(lamp).collect()
     }
 
-    fn sky_radiance(&self) -> f64 {
+    fn max_sky_radiance(&self) -> f64 {
         let lights = &self.prepared.lights;
         let Some(sampler) = lights.sky_sampler() else {
             return 0.0;
@@ -378,7 +378,7 @@ impl<R: Real> LightTracer<'_, R> {
 }
 
 /// Returns whether a light emits towards a point, given the direction from the point to the light.
-fn lights_direction(kind: &LightKind, towards: DVec3) -> bool {
+fn light_emits_towards(kind: &LightKind, towards: DVec3) -> bool {
     let LightKind::Spot {
         direction,
         outer_angle,

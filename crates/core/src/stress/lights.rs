@@ -42,9 +42,10 @@ pub(super) fn check_lights(
     findings.extend(
         lamps().filter_map(|object_facts| light_facing_away_finding(scene_facts, object_facts)),
     );
-    findings.extend(small_light_findings(scene_facts, lamps(), views));
+    findings.extend(lamp_below_pixel_finding(scene_facts, lamps(), views));
     let sizeless = survey.iter().flat_map(|survey| &survey.lamps);
-    findings.extend(sizeless.filter_map(|lamp| light_reach::sizeless_lamp(scene_facts, lamp)));
+    findings
+        .extend(sizeless.filter_map(|lamp| light_reach::sizeless_lamp_finding(scene_facts, lamp)));
     findings.extend(sky_spike_finding(scene_facts));
     findings
 }
@@ -57,18 +58,18 @@ fn duplicate_light_finding(
     let [a, b] = [twin, index].map(|index| &scene_facts.scene.lights[index]);
     let other = FindingSubject::Light(twin).display_name(scene_facts.scene);
     let (severity, end) = if a.colour == b.colour {
-        let end = "it lights twice as much as one does";
+        let end = "together they are twice as bright as one";
         (Severity::PictureWrong, end)
     } else {
-        let end = "of another colour, and both are added";
+        let end = "with another colour; the light of both is added";
         (Severity::Harmless, end)
     };
     StressFinding::new(
         FindingCode::DuplicateLight,
         severity,
         FindingSubject::Light(index),
-        format!("it is in one place with {other}: {end}"),
-        "remove one of them; if both are meant, make one with the sum of their colours",
+        format!("it is in the same place as {other}: {end}"),
+        "remove one of the two; if both are intended, keep one with the sum of their colours",
     )
     .with_place(light_reach::light_position(&b.kind))
 }
@@ -83,7 +84,7 @@ fn light_facing_away_finding(
         SideRule::Outside | SideRule::Culled => true,
         SideRule::Inside => false,
     };
-    let map = object_facts.map;
+    let map = object_facts.object_to_world;
     let (point, normal) = match object_facts.object.shape {
         Shape::Quad {
             corner,
@@ -104,7 +105,7 @@ fn light_facing_away_finding(
     let normal = if shines_out { normal } else { -normal }.normalize();
     let Aabb { min, max } = scene_facts.bounds;
     let farthest = DVec3::select(normal.cmpgt(DVec3::ZERO), max, min);
-    let reason = "it gives off light to one side, and everything is on its other side";
+    let reason = "this lamp emits from one side only, and all objects are on its other side";
     let remedy = "turn it over, or give it `side = \"both\"`";
     let ahead = (farthest - point).dot(normal);
     (ahead <= 1e-9 * scene_facts.bounds_diagonal()).then(|| {
@@ -121,7 +122,7 @@ fn light_facing_away_finding(
 
 /// Returns a finding about lamps in view that are smaller than a pixel. Each copy of a generator
 /// counts.
-fn small_light_findings<'a>(
+fn lamp_below_pixel_finding<'a>(
     scene_facts: &SceneFacts<'_>,
     lamps: impl Iterator<Item = &'a ObjectFacts<'a>>,
     views: &[CameraView],
@@ -156,9 +157,9 @@ fn small_light_findings<'a>(
         }
     }
     let (subject, centre) = nearest?;
-    let reason = "lamps that are in view are smaller than a pixel: samples meet one here and there, as bright specks";
+    let reason = "lamps in view are smaller than a pixel: the few samples that hit one show as bright specks";
     let remedy =
-        "make them larger, hide them from the camera, or light by a `lights` entry in their place";
+        "make the lamps larger, move them out of view, or replace them by entries in `lights`";
     Some(
         StressFinding::new(
             FindingCode::LampBelowPixel,
@@ -167,7 +168,7 @@ fn small_light_findings<'a>(
             reason,
             remedy,
         )
-        .with_count(count, total, "lamps", "came out smaller than a pixel")
+        .with_count(count, total, "lamps", "are smaller than a pixel")
         .with_place(finite_point(centre)),
     )
 }
@@ -208,9 +209,9 @@ fn sky_spike_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
     let share = spikes().map(|(index, _)| row(index)).sum::<f64>() / weight;
     let count = spikes().count() as u64;
     let reason = format!(
-        "points of it are over {SPIKE:.0} times as bright as most of it, and hardly any of it is so: what mirrors and glass show of them is noise"
+        "a few points of the sky are over {SPIKE:.0} times as bright as most of it: their light by way of mirrors and glass is noisy"
     );
-    let remedy = "take the sun out of the picture and add it as a directional light, or render with more --spp";
+    let remedy = "remove the sun from the sky image and add a directional light in its place, or render with more --spp";
     (count > 0 && share < FEW).then(|| {
         StressFinding::new(
             FindingCode::SkySpikes,
@@ -219,7 +220,7 @@ fn sky_spike_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
             reason,
             remedy,
         )
-        .with_count(count, pixels.len() as u64, "texels", "had that much light")
+        .with_count(count, pixels.len() as u64, "texels", "are that bright")
     })
 }
 

@@ -4,7 +4,7 @@
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::furnace::FurnaceAlbedo;
-use super::numbers::metres;
+use super::numbers::format_metres;
 use super::ray_survey::RaySurvey;
 use crate::scene::{AlphaMode, MaterialModel};
 use crate::settings::Settings;
@@ -40,14 +40,14 @@ fn value_findings(survey: &RaySurvey, furnaces: &[FurnaceAlbedo]) -> Vec<StressF
     let mut findings = Vec::new();
     for (&(material, key), sighting) in &survey.not_numbers {
         let reason = format!(
-            "its `{key}` is no finite number in places: an expression or an image gives none there"
+            "its `{key}` is not a finite number in places: its expression or image gives none there"
         );
         let finding = StressFinding::new(
             FindingCode::ValuesNotNumbers,
             Severity::PictureWrong,
             FindingSubject::Material(material),
             reason,
-            "look for a division by zero, a root or logarithm of what is negative, and for numbers that are too large",
+            "look for a division by zero, a root or logarithm of a negative number, and for numbers that are too large",
         );
         findings.push(
             finding
@@ -55,7 +55,7 @@ fn value_findings(survey: &RaySurvey, furnaces: &[FurnaceAlbedo]) -> Vec<StressF
                     sighting.count,
                     survey.hits,
                     "rays",
-                    "that met anything saw it so",
+                    "that hit an object found such a value",
                 )
                 .with_place(finite_point(sighting.position)),
         );
@@ -71,14 +71,14 @@ fn value_findings(survey: &RaySurvey, furnaces: &[FurnaceAlbedo]) -> Vec<StressF
         .filter(|((material, _), _)| !makes_energy(*material))
     {
         let &(material, name) = key;
-        let greatest = survey.greatest.get(key).copied().unwrap_or(1.0);
-        let reason = format!("its `{name}` is up to {greatest:.3}, and its range ends at 1");
+        let greatest = survey.greatest_values.get(key).copied().unwrap_or(1.0);
+        let reason = format!("its `{name}` is up to {greatest:.3}, but must not exceed 1");
         let finding = StressFinding::new(
             FindingCode::ValuesOutOfRange,
             Severity::Harmless,
             FindingSubject::Material(material),
             reason,
-            "bring it into 0 to 1; an expression by `clamp`",
+            "keep the value between 0 and 1, in an expression with `clamp`",
         );
         findings.push(
             finding
@@ -86,7 +86,7 @@ fn value_findings(survey: &RaySurvey, furnaces: &[FurnaceAlbedo]) -> Vec<StressF
                     sighting.count,
                     survey.hits,
                     "rays",
-                    "that met anything saw it so",
+                    "that hit an object found such a value",
                 )
                 .with_place(finite_point(sighting.position)),
         );
@@ -95,9 +95,9 @@ fn value_findings(survey: &RaySurvey, furnaces: &[FurnaceAlbedo]) -> Vec<StressF
 }
 
 fn energy_finding(furnace: &FurnaceAlbedo, survey: &RaySurvey) -> StressFinding {
-    let (sent_back, material) = (furnace.sent_back, furnace.material);
+    let (sent_back, material) = (furnace.albedo, furnace.material);
     let beyond = survey
-        .greatest
+        .greatest_values
         .iter()
         .filter(|((of, _), _)| *of == material);
     let values: Vec<String> = beyond
@@ -108,9 +108,9 @@ fn energy_finding(furnace: &FurnaceAlbedo, survey: &RaySurvey) -> StressFinding 
         false => format!(" ({})", values.join(", ")),
     };
     let reason = format!(
-        "under even light it sends back {sent_back:.3} times what it gets{values}: it glows, and between two of it light has no end"
+        "under even light it reflects {sent_back:.3} times the light that it receives{values}: it glows, and between two such surfaces light grows without end"
     );
-    let remedy = "bring its colours, weights and factors to 1 at most";
+    let remedy = "reduce its colours, weights and factors to at most 1";
     let severity = Severity::PictureWrong;
     let subject = FindingSubject::Material(material);
     let finding = StressFinding::new(FindingCode::EnergyMade, severity, subject, reason, remedy);
@@ -126,9 +126,9 @@ fn depth_limit_finding(scene_facts: &SceneFacts<'_>, deepest: u32) -> Option<Str
     let object_facts = scene_facts
         .objects
         .iter()
-        .find(|object_facts| object_facts.matter == SurfaceKind::Body && deepest < 3)?;
+        .find(|object_facts| object_facts.surface_kind == SurfaceKind::Body && deepest < 3)?;
     let reason =
-        format!("paths have {deepest} segments at most, and the way through glass takes three");
+        format!("paths have at most {deepest} segments, but a path through glass needs three");
     let remedy = "raise `render.max_depth` to 8, or render with --max-depth 8";
     Some(StressFinding::new(
         FindingCode::DepthBelowGlass,
@@ -156,8 +156,8 @@ fn invisible_object_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding>
     };
     let finding = |object_facts: &super::facts::ObjectFacts<'_>| {
         let (_, material) = object_facts.material?;
-        let reason = "its opacity leaves nothing of it";
-        let remedy = "raise `opacity`, lower the cutoff of `alpha`, or take the object away";
+        let reason = "the `opacity` of its material makes it fully transparent";
+        let remedy = "raise `opacity` or lower the `cutoff` of `alpha` in its material, or remove the object";
         is_absent(&material.model).then(|| {
             StressFinding::new(
                 FindingCode::InvisibleObject,
@@ -186,18 +186,18 @@ fn absorption_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
         let depth = greatest * size;
         let reason = match depth {
             _ if depth > BLACK * 10.0 => format!(
-                "light is absorbed within {}, and the scene is {} across, so that the body is black",
-                metres(1.0 / greatest),
-                metres(size)
+                "it absorbs light within {}, while the scene is {} wide, so that bodies of this material look black",
+                format_metres(1.0 / greatest),
+                format_metres(size)
             ),
             _ if depth < CLEAR => format!(
-                "light is absorbed over {}, and the scene is {} across, so that the body is clear",
-                metres(1.0 / greatest),
-                metres(size)
+                "it absorbs light only over {}, while the scene is {} wide, so that bodies of this material look clear",
+                format_metres(1.0 / greatest),
+                format_metres(size)
             ),
             _ => return None,
         };
-        let remedy = "give `attenuation_distance` in metres, about as large as the body";
+        let remedy = "set `attenuation_distance` in metres, about as large as the body";
         Some(StressFinding::new(
             FindingCode::AbsorptionOutOfScale,
             Severity::Harmless,

@@ -59,14 +59,14 @@ pub(super) fn check_meshes(
             objects,
             survey,
             views,
-            nothing_left,
+            scene_has_no_area: nothing_left,
         };
         shown_mesh.check_triangles(&counts[&mesh], &mut findings);
         shown_mesh.check_duplicates(topology, &mut findings);
         shown_mesh.check_edges(topology, &mut findings);
         shown_mesh.check_orientation(topology, &mut findings);
         findings.extend(shown_mesh.check_stray_vertices(&counts[&mesh].strays));
-        findings.extend(shown_mesh.check_hollows(topology));
+        findings.extend(shown_mesh.check_bubble_walls(topology));
         findings.extend(shown_mesh.check_holes(topology));
         findings.extend(shown_mesh.check_texture_coordinates());
     }
@@ -87,7 +87,7 @@ impl UsedMesh<'_> {
             .map(|&corner| self.data.positions.position(corner as usize))
             .sum();
         object_facts
-            .map
+            .object_to_world
             .transform_point3(sum / corners.len() as f64)
     }
 
@@ -144,7 +144,7 @@ impl UsedMesh<'_> {
     /// Returns whether a fault of an object is visible. `sightings` counts the rays that hit the
     /// fault. More than two rays must hit it, and more than a hundredth of the rays through the
     /// object.
-    pub fn is_visible_on(
+    pub fn is_fault_visible_on(
         &self,
         sightings: &SightingCounts<usize>,
         object_facts: &ObjectFacts<'_>,
@@ -167,7 +167,7 @@ impl UsedMesh<'_> {
             };
         let harmless = Severity::Harmless;
         let label = (&counts.degenerate, "had no area");
-        let (severity, words) = self.words_of_degenerate(counts);
+        let (severity, words) = self.degenerate_triangle_texts(counts);
         add(
             (FindingCode::DegenerateTriangles, severity),
             first,
@@ -176,7 +176,7 @@ impl UsedMesh<'_> {
         );
         let words = (
             "triangles are over 10,000 times as long as they are high",
-            "nothing, unless shading looks broken there: mesh that part anew",
+            "nothing, unless shading looks broken there: then remesh that part in the modelling program",
         );
         let label = (&counts.slivers, "had such a shape");
         add(
@@ -185,20 +185,19 @@ impl UsedMesh<'_> {
             label,
             words,
         );
-        let worst = self
-            .objects
-            .iter()
-            .find(|object_facts| self.is_visible_on(&self.survey.against, object_facts));
+        let worst = self.objects.iter().find(|object_facts| {
+            self.is_fault_visible_on(&self.survey.opposed_normals, object_facts)
+        });
         let severity = if worst.is_some() {
             Severity::PictureWrong
         } else {
             harmless
         };
         let words = (
-            "all three vertex normals point to the other side than the triangle, so that it is shaded as if it were turned away",
-            "compute the normals anew, or turn the triangles over",
+            "all three vertex normals of these triangles point to the back, so that the triangles are shaded as if turned away",
+            "recompute the normals, or flip the triangles, in the modelling program",
         );
-        let label = (&counts.against, "had such normals");
+        let label = (&counts.opposed_normals, "had such normals");
         let object_facts = worst.copied().unwrap_or(first);
         add(
             (FindingCode::NormalsAgainstFaces, severity),
@@ -210,24 +209,24 @@ impl UsedMesh<'_> {
 
     /// Returns the severity, the reason and the remedy for triangles without area. The picture is
     /// wrong if no object of the scene has any other triangle.
-    fn words_of_degenerate(
+    fn degenerate_triangle_texts(
         &self,
         counts: &TriangleDefects,
     ) -> (Severity, (&'static str, &'static str)) {
-        let severity = match self.nothing_left {
+        let severity = match self.scene_has_no_area {
             true => Severity::PictureWrong,
             false => Severity::Harmless,
         };
         if counts.degenerate.count < self.triangle_count() {
             let words = (
-                "triangles have no area, so that no ray meets them: two corners are one, or all three lie on a line",
-                "nothing, or remove them where the model is made",
+                "triangles have no area, so that no ray hits them: two corners coincide, or all three lie on a line",
+                "nothing, or remove the triangles in the modelling program",
             );
             return (Severity::Harmless, words);
         }
         let words = (
-            "no triangle of it has an area, so that nothing of it is seen: a scale of 0 has made it flat, or corners of each triangle are in one place or on a line",
-            "look for a scale of 0 of it or of what it hangs on, and give it another; take the object away if it is to vanish",
+            "none of its triangles has an area, so that it is invisible: a scale of 0 has flattened it, or the corners of each triangle coincide or lie on a line",
+            "look for a scale of 0 in the object or its parent nodes, and replace it; if the object should be invisible, remove it",
         );
         (severity, words)
     }
@@ -246,14 +245,17 @@ impl UsedMesh<'_> {
         let (severity, reason) = match blended {
             Some(_) => (
                 Severity::PictureWrong,
-                "triangles are there twice, and light that passes them is dimmed twice",
+                "triangles are repeated in one place, and both dim the light that passes",
             ),
             None => (
                 Severity::Harmless,
-                "triangles are there twice in one place; one of each two is never seen",
+                "triangles are repeated in one place; of each two, only one is seen",
             ),
         };
-        let words = (reason, "remove the copies");
+        let words = (
+            reason,
+            "remove the repeated triangles in the modelling program",
+        );
         let kind = (FindingCode::DuplicateTriangles, severity);
         findings.push(self.triangle_finding(
             kind,
@@ -268,10 +270,10 @@ impl UsedMesh<'_> {
         let bodies = || {
             self.objects
                 .iter()
-                .filter(|object_facts| object_facts.matter == SurfaceKind::Body)
+                .filter(|object_facts| object_facts.surface_kind == SurfaceKind::Body)
         };
-        let seen_object_facts =
-            bodies().find(|object_facts| self.is_visible_on(&self.survey.unbalanced, object_facts));
+        let seen_object_facts = bodies()
+            .find(|object_facts| self.is_fault_visible_on(&self.survey.unbalanced, object_facts));
         let Some(&object_facts) = seen_object_facts.or(bodies().next()) else {
             return;
         };
@@ -296,8 +298,8 @@ impl UsedMesh<'_> {
                 topology.edges,
                 "had more than two triangles",
             );
-            let reason = "more than two triangles meet at an edge of a body of glass, so that its inside is not told from its outside";
-            let remedy = "divide the body there, or remove the walls within it";
+            let reason = "more than two triangles meet at edges of this glass body, so that its inside and outside are undefined there";
+            let remedy = "split the body there, or remove the walls inside it";
             let kind = (FindingCode::NonManifoldEdges, severity);
             findings.push(self.edge_finding(kind, object_facts, label, (reason, remedy)));
         }
@@ -310,15 +312,15 @@ impl UsedMesh<'_> {
         if topology.flipped_triangles.count == 0 && inside_out.is_empty() {
             return;
         }
-        let is_wrong = |object_facts: &&&ObjectFacts<'_>| match object_facts.matter {
+        let is_wrong = |object_facts: &&&ObjectFacts<'_>| match object_facts.surface_kind {
             // Rays leave a body before they enter it, but do so in pairs.
             SurfaceKind::Body if !inside_out.is_empty() => {
-                self.is_visible_on(&self.survey.sightings, object_facts)
+                self.is_fault_visible_on(&self.survey.sightings, object_facts)
             }
-            SurfaceKind::Body => self.is_visible_on(&self.survey.unbalanced, object_facts),
+            SurfaceKind::Body => self.is_fault_visible_on(&self.survey.unbalanced, object_facts),
             _ => {
                 object_facts.hides_back_faces()
-                    && self.is_visible_on(&self.survey.backs, object_facts)
+                    && self.is_fault_visible_on(&self.survey.hidden_backs_hit, object_facts)
             }
         };
         let worst = self.objects.iter().find(is_wrong);
@@ -330,19 +332,19 @@ impl UsedMesh<'_> {
         } else {
             Severity::Harmless
         };
-        let reason = |label: &str| match (severity, object_facts.matter) {
+        let reason = |label: &str| match (severity, object_facts.surface_kind) {
             (Severity::PictureWrong, SurfaceKind::Body) => {
                 format!("{label}, so that glass bends light the wrong way there")
             }
             (Severity::PictureWrong, _) => {
-                format!("{label}, so that the camera looks through them")
+                format!("{label}, so that the camera sees through them")
             }
-            _ => format!("{label}; both sides are shown alike, so nothing of it is seen"),
+            _ => format!("{label}; both sides look alike, so that the fault is not visible"),
         };
-        let remedy = "turn them over where the model is made (\"recalculate outside\")";
+        let remedy = "flip them in the modelling program (\"recalculate outside\")";
         if topology.flipped_triangles.count > 0 {
             let label = (&topology.flipped_triangles, "faced the other way than most");
-            let reason = reason("triangles disagree with their neighbours about which side is out");
+            let reason = reason("triangles are oriented differently from their neighbours");
             let kind = (FindingCode::FlippedTriangles, severity);
             findings.push(self.triangle_finding(kind, object_facts, label, (&reason, remedy)));
         }
@@ -351,10 +353,10 @@ impl UsedMesh<'_> {
                 count: inside_out.iter().map(|part| part.triangles).sum(),
                 some: inside_out.iter().map(|part| part.first).collect(),
             };
-            let reason = reason("closed surfaces have their outside within");
+            let reason = reason("closed surfaces are oriented inwards");
             let (kind, label) = (
                 (FindingCode::InsideOut, severity),
-                (&tally, "belonged to them"),
+                (&tally, "belong to these surfaces"),
             );
             findings.push(self.triangle_finding(kind, object_facts, label, (&reason, remedy)));
         }
@@ -367,24 +369,23 @@ fn open_edge_texts(seam: Option<f64>, severity: Severity) -> (String, String) {
     let is_seen = severity == Severity::PictureWrong;
     if let Some(apart) = seam {
         let seen = if is_seen {
-            "rays come through it"
+            "rays pass through the seam"
         } else {
-            "no ray of the cameras has come through it"
+            "no ray of the cameras passes through the seam"
         };
         // The same for meshes that differ in rounding alone.
         let apart = format_decimal(libm::pow(10.0, apart.log10().ceil()));
         let reason = format!(
-            "a body of glass has a seam: its corners there are less than {apart} metres apart, where rounding has parted what was one corner; {seen}"
+            "this glass body has an open seam: rounding has parted corners that should coincide, by less than {apart} metres; {seen}"
         );
-        let remedy =
-            "merge them by distance where the model is made: 1e-5 of the mesh's size is enough";
+        let remedy = "merge vertices by distance in the modelling program: 1e-5 of the mesh's size is enough";
         return (reason, remedy.to_owned());
     }
     let reason = if is_seen {
-        "a body of glass is open: light goes in and does not come out, or the other way round, and is bent and tinted wrongly"
+        "this glass body has holes: light that enters it does not leave it, or the reverse, and is bent and tinted wrongly"
     } else {
-        "a body of glass has open edges; no ray of the cameras has come through one"
+        "this glass body has open edges, but no ray of the cameras passes through one"
     };
-    let remedy = "close the body, or set `thin_walled` where it is to be a pane without an inside";
+    let remedy = "close the body; if it should be a pane without an inside, set `thin_walled` for its material";
     (reason.to_owned(), remedy.to_owned())
 }

@@ -27,12 +27,12 @@ pub fn format_decimal(x: f64) -> String {
 }
 
 /// Returns a length in metres with its unit.
-pub(super) fn metres(x: f64) -> String {
-    with_metres(&format_decimal(x))
+pub(super) fn format_metres(x: f64) -> String {
+    append_metre_unit(&format_decimal(x))
 }
 
 /// Appends the unit metre to a formatted number.
-pub(super) fn with_metres(digits: &str) -> String {
+pub(super) fn append_metre_unit(digits: &str) -> String {
     match digits {
         "1" => "1 metre".to_owned(),
         _ => format!("{digits} metres"),
@@ -48,7 +48,7 @@ fn trim_zeros(digits: &str) -> &str {
 }
 
 /// Returns a number with one digit, rounded up, as a lower limit in messages.
-pub(super) fn round_up_to_digit(x: f64) -> String {
+pub(super) fn format_rounded_up(x: f64) -> String {
     let step = libm::pow(10.0, x.log10().floor());
     format_decimal((x / step).ceil() * step)
 }
@@ -67,10 +67,13 @@ mod tests {
             ["0", "2", "0.01235", "-1235", "123457", "1e-8", "1.5e9"]
         );
         assert_eq!(
-            [1.2e-6, 3.0, 171.0].map(round_up_to_digit),
+            [1.2e-6, 3.0, 171.0].map(format_rounded_up),
             ["2e-6", "3", "200"]
         );
-        assert_eq!([metres(1.0), metres(2.5)], ["1 metre", "2.5 metres"]);
+        assert_eq!(
+            [format_metres(1.0), format_metres(2.5)],
+            ["1 metre", "2.5 metres"]
+        );
         assert_eq!(
             [count_with_unit(1, "rays"), count_with_unit(2, "rays")],
             ["1 ray", "2 rays"]

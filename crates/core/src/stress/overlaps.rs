@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::coplanar::{CoplanarOverlap, DepthResolution, OverlapTable};
 use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
-use super::numbers::{metres, round_up_to_digit, with_metres};
+use super::numbers::{append_metre_unit, format_metres, format_rounded_up};
 use super::ray_survey::RaySurvey;
 use crate::settings::PrecisionChoice;
 
@@ -96,21 +96,21 @@ fn overlap_finding(
         more => format!("{named} and {} more", more - 1),
     };
     let [rays, own] = covered.rays;
-    let is_lost = 20 * own < rays && RaySurvey::sighting_count(&survey.first, &hidden) <= own;
+    let is_lost = 20 * own < rays && RaySurvey::sighting_count(&survey.first_hits, &hidden) <= own;
     let minimum = resolution.min_separation_at(covered.position);
     let lies = match covered.gap {
         0.0 => format!("it lies in one plane with {others}"),
         gap => format!(
-            "it lies {} from {others}, and surfaces less than {} apart cannot be told apart there for certain",
-            metres(gap),
-            with_metres(&round_up_to_digit(minimum))
+            "it lies {} from {others}; there, the precision does not separate surfaces that are less than {} apart",
+            format_metres(gap),
+            append_metre_unit(&format_rounded_up(minimum))
         ),
     };
-    let elsewhere = RaySurvey::sighting_count(&survey.first, &hidden).saturating_sub(own);
+    let elsewhere = RaySurvey::sighting_count(&survey.first_hits, &hidden).saturating_sub(own);
     let (code, severity, end) = overlap_verdict(covered, is_lost, elsewhere);
     let remedy = match severity {
         Severity::Harmless => format!(
-            "nothing, unless this one is meant to be seen there: then {}",
+            "nothing, unless this object should be seen there: then {}",
             separation_remedy(minimum, covered.gap, resolution.precision)
         ),
         _ => separation_remedy(minimum, covered.gap, resolution.precision),
@@ -118,7 +118,7 @@ fn overlap_finding(
     let subject = scene_facts.objects[hidden].subject;
     let finding = StressFinding::new(code, severity, subject, lies + &end, remedy);
     let counted_finding = if rays > 0 {
-        finding.with_count(rays, survey.rays, "rays", "of the cameras met that place")
+        finding.with_count(rays, survey.rays, "rays", "of the cameras hit the overlap")
     } else {
         finding
     };
@@ -138,26 +138,26 @@ fn overlap_verdict(
             FindingCode::FlickeringSurfaces,
             Severity::PictureWrong,
             format!(
-                ": rounding decides from ray to ray which of them is seen ({own} of {rays} rays see this one)"
+                ": rounding decides from ray to ray which object is seen ({own} of {rays} rays hit this one)"
             ),
         ),
         (_, true, ..) => (
             FindingCode::CoplanarSurfaces,
             Severity::PictureWrong,
             format!(
-                ", which {} of {rays} rays see in its place, and none sees it elsewhere",
+                ", which {} of {rays} rays see in its place, and no ray sees this object elsewhere",
                 rays - own
             ),
         ),
         (_, _, true, _) => (
             FindingCode::CoplanarSurfaces,
             Severity::PictureWrong,
-            ", and one of them shines: the order of the objects in the file decides whether its light is seen there, and what it lights".to_owned(),
+            ", and one of them emits light: the order of the objects in the file decides whether that light is seen there, and what it lights".to_owned(),
         ),
         (.., 0) => (
             FindingCode::CoplanarSurfaces,
             Severity::Harmless,
-            "; no ray of the cameras has met that place".to_owned(),
+            "; no ray of the cameras hits the overlap".to_owned(),
         ),
         _ => (
             FindingCode::CoplanarSurfaces,
@@ -173,9 +173,9 @@ fn overlap_verdict(
 /// separation, `gap` the actual one, both in metres.
 pub(super) fn separation_remedy(minimum: f64, gap: f64, precision: PrecisionChoice) -> String {
     let exact = match precision {
-        PrecisionChoice::Robust if gap > 0.0 => ", or add --precision reference",
+        PrecisionChoice::Robust if gap > 0.0 => ", or render with --precision reference",
         _ => "",
     };
-    let least = with_metres(&round_up_to_digit(minimum));
-    format!("move one of them by {least} or more, or remove it{exact}")
+    let least = append_metre_unit(&format_rounded_up(minimum));
+    format!("move one of the two by {least} or more, or remove one{exact}")
 }

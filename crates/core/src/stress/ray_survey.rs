@@ -76,15 +76,15 @@ pub(crate) struct RaySurvey {
     pub planned: u64,
     /// Number of rays that hit an object.
     pub hits: u64,
-    /// `sightings`: rays that cross an object, also behind other surfaces. `first`: rays that hit
+    /// `sightings`: rays that cross an object, also behind other surfaces. `first_hits`: rays that hit
     /// it first.
     pub sightings: SightingCounts<usize>,
-    pub first: SightingCounts<usize>,
+    pub first_hits: SightingCounts<usize>,
     /// Rays that first hit the inside of an object.
     pub first_within: SightingCounts<usize>,
     /// Rays that leave a body once more often than they enter it, while the camera is inside the
     /// body.
-    pub within: SightingCounts<usize>,
+    pub bodies_around_camera: SightingCounts<usize>,
     /// Rays that enter a body without leaving it, or leave it without entering it.
     pub unbalanced: SightingCounts<usize>,
     /// Rays that enter a body within another body: the outer and the inner one.
@@ -92,21 +92,21 @@ pub(crate) struct RaySurvey {
     /// Rays whose first two hits coincide and belong to two objects, in this order.
     pub coincident: SightingCounts<[usize; 2]>,
     /// Greatest separation of the surfaces of a pair in `coincident`, in metres.
-    pub apart: BTreeMap<[usize; 2], f64>,
+    pub max_separations: BTreeMap<[usize; 2], f64>,
     /// Rays whose first hit lies in the overlap of two coplanar objects. The object that was hit
     /// comes first.
     pub coplanar: SightingCounts<[usize; 2]>,
     /// Rays whose first surface is a back that is hidden from the camera.
-    pub backs: SightingCounts<usize>,
+    pub hidden_backs_hit: SightingCounts<usize>,
     /// Rays that hit a triangle whose vertex normals point to its opposite side.
-    pub against: SightingCounts<usize>,
-    pub starts: u64,
+    pub opposed_normals: SightingCounts<usize>,
+    pub spawned_rays: u64,
     pub self_hits: SightingCounts<usize>,
-    pub beyond: SightingCounts<usize>,
+    pub starts_behind_surface: SightingCounts<usize>,
     pub not_numbers: SightingCounts<ValueKey>,
     pub out_of_range: SightingCounts<ValueKey>,
     /// Greatest value for each key of `out_of_range`.
-    pub greatest: BTreeMap<ValueKey, f64>,
+    pub greatest_values: BTreeMap<ValueKey, f64>,
 }
 
 impl RaySurvey {
@@ -116,17 +116,17 @@ impl RaySurvey {
         self.rays += other.rays;
         self.planned += other.planned;
         self.hits += other.hits;
-        self.starts += other.starts;
+        self.spawned_rays += other.spawned_rays;
         for (own, others) in [
             (&mut self.sightings, other.sightings),
-            (&mut self.first, other.first),
+            (&mut self.first_hits, other.first_hits),
             (&mut self.first_within, other.first_within),
-            (&mut self.within, other.within),
+            (&mut self.bodies_around_camera, other.bodies_around_camera),
             (&mut self.unbalanced, other.unbalanced),
-            (&mut self.backs, other.backs),
-            (&mut self.against, other.against),
+            (&mut self.hidden_backs_hit, other.hidden_backs_hit),
+            (&mut self.opposed_normals, other.opposed_normals),
             (&mut self.self_hits, other.self_hits),
-            (&mut self.beyond, other.beyond),
+            (&mut self.starts_behind_surface, other.starts_behind_surface),
         ] {
             others
                 .into_iter()
@@ -149,11 +149,11 @@ impl RaySurvey {
                 .into_iter()
                 .for_each(|(key, sighting)| merge_sighting(own, key, sighting));
         }
-        for (key, value) in other.greatest {
-            record_maximum(&mut self.greatest, key, value);
+        for (key, value) in other.greatest_values {
+            record_maximum(&mut self.greatest_values, key, value);
         }
-        for (pair, apart) in other.apart {
-            record_maximum(&mut self.apart, pair, apart);
+        for (pair, apart) in other.max_separations {
+            record_maximum(&mut self.max_separations, pair, apart);
         }
         self
     }
@@ -165,13 +165,13 @@ impl RaySurvey {
 
     /// Decides for each body in `within` whether the camera is inside it: nearly all rays leave
     /// such a body. The observations of the other bodies move to `unbalanced`.
-    pub(super) fn separate_camera_body(&mut self) {
+    pub(super) fn separate_bodies_around_camera(&mut self) {
         const NEARLY: f64 = 0.9;
         let rays = self.rays as f64;
-        let (within, unseen) = core::mem::take(&mut self.within)
+        let (within, unseen) = core::mem::take(&mut self.bodies_around_camera)
             .into_iter()
             .partition(|(_, left)| left.count as f64 > NEARLY * rays);
-        self.within = within;
+        self.bodies_around_camera = within;
         let unseen: SightingCounts<usize> = unseen;
         unseen
             .into_iter()

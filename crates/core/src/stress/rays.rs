@@ -57,14 +57,14 @@ fn survey_rays<R: Real>(prepared: &PreparedScene<R>, of: &RaySurveyTask<'_>) -> 
     let looks_through = scene_facts
         .objects
         .iter()
-        .any(|object| object.matter == SurfaceKind::Body);
+        .any(|object| object.surface_kind == SurfaceKind::Body);
     let walker = SurveyRayTracer {
         prepared,
         scene_facts,
         overlaps,
         size,
         seed,
-        looks_through,
+        continues_behind_surfaces: looks_through,
     };
     let mut survey = RaySurvey {
         planned: ROUNDS * GRID[0] * GRID[1],
@@ -87,7 +87,7 @@ fn survey_rays<R: Real>(prepared: &PreparedScene<R>, of: &RaySurveyTask<'_>) -> 
             .reduce(RaySurvey::default, RaySurvey::combine)
             .combine(survey);
     }
-    survey.separate_camera_body();
+    survey.separate_bodies_around_camera();
     survey
 }
 
@@ -98,7 +98,7 @@ struct SurveyRayTracer<'a, R: Real> {
     size: [u32; 2],
     seed: u64,
     /// Whether rays continue behind the second surface. Only in scenes with glass bodies.
-    looks_through: bool,
+    continues_behind_surfaces: bool,
 }
 
 /// A surface that a ray crosses.
@@ -132,7 +132,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             survey.hits += 1;
             self.survey_first_hit(&ray, &first, index, survey);
         }
-        self.survey_surfaces_behind(
+        self.survey_all_surfaces(
             &Ray {
                 is_camera_ray: false,
                 ..ray
@@ -172,7 +172,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         let interaction = Interaction::from_hit(prepared, &segment, hit);
         let object = self.scene_facts.facts_index(hit.outermost_id());
         let seen = self.sighted_point(&interaction.surface, hit, index);
-        record_sighting(&mut survey.first, object, seen);
+        record_sighting(&mut survey.first_hits, object, seen);
         let normal = interaction.surface.normal.to_f64();
         for other in self
             .overlaps
@@ -184,7 +184,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             record_sighting(&mut survey.first_within, object, seen);
         }
         if self.has_opposed_normals(ray, hit) {
-            record_sighting(&mut survey.against, object, seen);
+            record_sighting(&mut survey.opposed_normals, object, seen);
         }
         let material = interaction.material as usize;
         match classify_values(prepared, &interaction) {
@@ -194,7 +194,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             }
             MaterialValueClass::OutOfRange { key, value } => {
                 record_sighting(&mut survey.out_of_range, (material, key), seen);
-                record_maximum(&mut survey.greatest, (material, key), value);
+                record_maximum(&mut survey.greatest_values, (material, key), value);
             }
         }
         for start in 0..STARTS {
@@ -251,7 +251,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             .with_time(interaction.time);
         let object = self.scene_facts.facts_index(hit.outermost_id());
         let seen = self.sighted_point(&interaction.surface, hit, index);
-        survey.starts += 1;
+        survey.spawned_rays += 1;
         let range = Interval {
             min: prepared.min_hit_distances().secondary,
             max: R::INFINITY,
@@ -281,7 +281,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             };
             // Its own surface is looked at above.
             if length > R::ZERO && between().is_some_and(|other| !is_same(&other)) {
-                record_sighting(&mut survey.beyond, object, seen);
+                record_sighting(&mut survey.starts_behind_surface, object, seen);
             }
         }
     }
@@ -306,7 +306,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
 
     /// Traces a ray through all surfaces, with backs visible too, and records the order of the
     /// surfaces.
-    fn survey_surfaces_behind(&self, ray: &Ray<R>, index: u64, survey: &mut RaySurvey) {
+    fn survey_all_surfaces(&self, ray: &Ray<R>, index: u64, survey: &mut RaySurvey) {
         let (mut range, mut depths) = (Interval::positive(), BTreeMap::<usize, i64>::new());
         let mut before: Option<RayCrossing<R>> = None;
         let mut hits: Vec<(usize, RayPoint)> = Vec::new();
@@ -325,16 +325,16 @@ impl<R: Real> SurveyRayTracer<'_, R> {
                 && !crossing.enters
                 && self.scene_facts.objects[crossing.object].hides_back_faces()
             {
-                record_sighting(&mut survey.backs, crossing.object, seen);
+                record_sighting(&mut survey.hidden_backs_hit, crossing.object, seen);
             }
             if let Some(first) = before.as_ref().filter(|_| step == 1)
                 && let Some(apart) = coincident_distance(ray, first, &crossing)
             {
                 let pair = [first.object, crossing.object];
                 record_sighting(&mut survey.coincident, pair, seen);
-                record_maximum(&mut survey.apart, pair, apart);
+                record_maximum(&mut survey.max_separations, pair, apart);
             }
-            if step > 0 && !self.looks_through {
+            if step > 0 && !self.continues_behind_surfaces {
                 return;
             }
             self.update_body_depths(&crossing, &mut depths, seen, survey);
@@ -351,7 +351,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         survey: &mut RaySurvey,
     ) {
         let object_facts = &self.scene_facts.objects[crossing.object];
-        if object_facts.matter != SurfaceKind::Body || object_facts.hides_back_faces() {
+        if object_facts.surface_kind != SurfaceKind::Body || object_facts.hides_back_faces() {
             return;
         }
         if crossing.enters {
@@ -390,7 +390,7 @@ fn record_unclosed_bodies(
 ) {
     for (&object, &depth) in depths.iter().filter(|(_, depth)| **depth != 0) {
         let of = if depth == -1 {
-            &mut survey.within
+            &mut survey.bodies_around_camera
         } else {
             &mut survey.unbalanced
         };

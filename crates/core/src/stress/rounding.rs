@@ -47,7 +47,7 @@ impl RoundingEffect {
     }
 
     /// Returns whether the effect is visible in a picture.
-    pub fn is_seen(&self) -> bool {
+    pub fn is_visible(&self) -> bool {
         self.changed as f64 > SHARE * self.rays as f64 && self.area > PIXELS
     }
 }
@@ -55,7 +55,7 @@ impl RoundingEffect {
 /// Compares the cameras' rays to each object in two precisions: that of the settings and double.
 /// Many objects share the rays of the whole picture, so that the time does not grow with their
 /// number.
-pub(super) fn measure_effects(
+pub(super) fn measure_rounding_effects(
     scene_facts: &SceneFacts<'_>,
     ready: [&ReadyScene; 2],
     views: &[CameraView],
@@ -66,13 +66,13 @@ pub(super) fn measure_effects(
     for view in views {
         if objects.len() > FOCUSED {
             let whole = [[0.0; 2], view.size.map(f64::from)];
-            add_view(scene_facts, ready, (view, whole, SHARED_GRID), &mut effects);
+            add_camera_differences(scene_facts, ready, (view, whole, SHARED_GRID), &mut effects);
             continue;
         }
         for &object in objects {
-            let part = rectangle(view, scene_facts.objects[object].bounds);
+            let part = picture_rectangle_of_box(view, scene_facts.objects[object].bounds);
             let mut own = BTreeMap::from([none(&object)]);
-            add_view(scene_facts, ready, (view, part, GRID), &mut own);
+            add_camera_differences(scene_facts, ready, (view, part, GRID), &mut own);
             for (object, effect) in own {
                 let sum = effects.entry(object).or_default();
                 *sum = sum.plus(effect);
@@ -84,7 +84,7 @@ pub(super) fn measure_effects(
 
 /// Traces a grid of rays through a rectangle of a camera's picture, and adds the differences to the
 /// effects of the objects.
-fn add_view(
+fn add_camera_differences(
     scene_facts: &SceneFacts<'_>,
     [robust, exact]: [&ReadyScene; 2],
     (view, [low, high], grid): (&CameraView, [[f64; 2]; 2], usize),
@@ -96,7 +96,7 @@ fn add_view(
             [0, 1].map(|axis| low[axis] + share[axis] * (high[axis] - low[axis])),
         )
     };
-    let rays = PrimaryRays {
+    let rays = FirstHitTask {
         scene_facts,
         rays: (0..grid * grid).map(at).collect(),
     };
@@ -137,7 +137,7 @@ fn add_view(
 
 /// Returns the rectangle of the picture that a box covers, with a margin. Returns the whole picture
 /// if a corner of the box is out of view.
-fn rectangle(view: &CameraView, bounds: Option<Aabb>) -> [[f64; 2]; 2] {
+fn picture_rectangle_of_box(view: &CameraView, bounds: Option<Aabb>) -> [[f64; 2]; 2] {
     let whole = [[0.0; 2], view.size.map(f64::from)];
     let Some(bounds) = bounds else {
         return whole;
@@ -169,12 +169,12 @@ fn rectangle(view: &CameraView, bounds: Option<Aabb>) -> [[f64; 2]; 2] {
 
 /// Task that finds the first hit of camera rays: the object and its normal. Rays are in world
 /// space.
-struct PrimaryRays<'a> {
+struct FirstHitTask<'a> {
     scene_facts: &'a SceneFacts<'a>,
     rays: Vec<Ray<f64>>,
 }
 
-impl PreparedSceneTask for PrimaryRays<'_> {
+impl PreparedSceneTask for FirstHitTask<'_> {
     type Output = Vec<Option<(usize, DVec3)>>;
 
     fn run<R: Real>(&self, prepared: &PreparedScene<R>) -> Self::Output {

@@ -1,7 +1,7 @@
 //! Findings from a small picture of each camera: samples that are not finite, rays that were cut
 //! short, and lights that were not reached.
 
-use super::chance::ChanceNoise;
+use super::chance::LightByChanceNoise;
 use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::LightSurvey;
@@ -31,13 +31,17 @@ pub(super) fn check_samples(
                 .filter_map(|picture| brightness_finding(picture, brightest, size)),
         );
     }
-    let noise = ChanceNoise {
+    let noise = LightByChanceNoise {
         scene_facts,
         survey,
         samples_per_pixel: sampling.samples_per_pixel(),
     };
     findings.extend(unreached_light_findings(&noise, pictures));
-    findings.extend(pictures.iter().filter_map(|picture| noise.check(picture)));
+    findings.extend(
+        pictures
+            .iter()
+            .filter_map(|picture| noise.check_picture(picture)),
+    );
     findings
 }
 
@@ -70,8 +74,8 @@ fn sample_loss_findings(picture: &SmallRender, size: [u32; 2]) -> Vec<StressFind
                 FindingCode::SamplesNotFinite,
                 Severity::PictureWrong,
                 FindingSubject::Scene,
-                "samples are not finite numbers and are dropped, so that the picture is wrong where they lie",
-                "look for numbers that are too large or not defined in materials, lights and sky, or add --precision reference",
+                "samples are not finite numbers and are dropped, so that their pixels are wrong",
+                "look for numbers in materials, lights and sky that are too large or undefined, or render with --precision reference",
             )
             .with_count(dropped, total, "samples", "had to be dropped")
         },
@@ -79,10 +83,10 @@ fn sample_loss_findings(picture: &SmallRender, size: [u32; 2]) -> Vec<StressFind
             FindingCode::RaysCutShort,
             Severity::PictureWrong,
             FindingSubject::Scene,
-            format!("rays end after {maximum} surfaces that are absent or there in part, and what lies behind is missing"),
-            "leave fewer such surfaces one behind the other",
+            format!("rays end after passing {maximum} absent or partly transparent surfaces, so that everything behind is missing"),
+            "place fewer such surfaces behind each other",
         )
-        .with_count(rays, 0, "rays", "ended so"),
+        .with_count(rays, 0, "rays", "ended there"),
     }
     };
     picture.counters.sample_losses().map(finding).collect()
@@ -106,7 +110,7 @@ fn brightness_finding(
         .iter()
         .filter(|&&pixel| is_beyond(pixel))
         .count();
-    let reason = "pixels are over four times as bright as the brightest light of the scene, which no surface can be: light is found too rarely there";
+    let reason = "pixels are over four times as bright as the brightest light of the scene, which is noise: paths find light there too rarely";
     let remedy = "render with more --spp, or with --clamp for less noise and less light";
     let finding = StressFinding::new(
         FindingCode::BrighterThanLights,
@@ -116,7 +120,7 @@ fn brightness_finding(
         remedy,
     );
     let total = picture.picture.rgb.len() as u64;
-    let finding = finding.with_count(count as u64, total, "pixels", "came out that bright");
+    let finding = finding.with_count(count as u64, total, "pixels", "are that bright");
     Some(StressFinding {
         pixel: picture.full_size_position(first, size),
         ..finding
@@ -125,7 +129,7 @@ fn brightness_finding(
 
 /// Returns whether another check reports an unreached light: a lamp without area, or a light behind
 /// glass.
-fn is_told_by_rays(
+fn is_reported_by_light_checks(
     scene_facts: &SceneFacts<'_>,
     survey: &LightSurvey,
     subject: FindingSubject,
@@ -133,7 +137,7 @@ fn is_told_by_rays(
     match subject {
         FindingSubject::Object(index) => {
             let mut own = survey.lamps.iter().filter(|lamp| lamp.object == index);
-            own.any(|lamp| light_reach::sizeless_lamp(scene_facts, lamp).is_some())
+            own.any(|lamp| light_reach::sizeless_lamp_finding(scene_facts, lamp).is_some())
         }
         FindingSubject::Light(index) => {
             let reach = survey.lights.get(index);
@@ -143,7 +147,7 @@ fn is_told_by_rays(
     }
 }
 
-fn light_place(scene_facts: &SceneFacts<'_>, subject: FindingSubject) -> Option<Triple> {
+fn light_subject_position(scene_facts: &SceneFacts<'_>, subject: FindingSubject) -> Option<Triple> {
     match subject {
         FindingSubject::Light(index) => {
             light_reach::light_position(&scene_facts.scene.lights[index].kind)
@@ -157,7 +161,7 @@ fn light_place(scene_facts: &SceneFacts<'_>, subject: FindingSubject) -> Option<
 
 /// Returns findings about lights that reach no visible surface of any camera.
 fn unreached_light_findings(
-    noise: &ChanceNoise<'_>,
+    noise: &LightByChanceNoise<'_>,
     pictures: &[SmallRender],
 ) -> Vec<StressFinding> {
     let (scene_facts, survey) = (noise.scene_facts, noise.survey);
@@ -175,14 +179,14 @@ fn unreached_light_findings(
     };
     let everywhere = |subject: FindingSubject| {
         others.iter().all(|p| {
-            p.shut_away
+            p.unreached_lights
                 .iter()
                 .any(|unreached_light| subject_of(unreached_light) == subject)
         })
     };
     let finding = |unreached_light: &UnreachedLight| {
         let subject = subject_of(unreached_light);
-        if is_told_by_rays(scene_facts, survey, subject) {
+        if is_reported_by_light_checks(scene_facts, survey, subject) {
             return None;
         }
         if let FindingSubject::Object(index) = subject
@@ -190,8 +194,8 @@ fn unreached_light_findings(
         {
             return noise.check_enclosed_lamp(first, index, glass);
         }
-        let reason = "it lights nothing that is seen: it is shut away, or turned from all of that";
-        let remedy = "open or remove its cover; if it is meant to be hidden, it only costs noise";
+        let reason = "this light reaches no visible surface: it is shut away, or turned away from all of them";
+        let remedy = "open or remove its cover, or remove the light, which only adds noise";
         // Of a generator's lamps some may well be hidden.
         let is_one = subject.list_index() < scene_facts.scene.objects.len()
             || matches!(subject, FindingSubject::Light(_));
@@ -209,8 +213,8 @@ fn unreached_light_findings(
                 "rays",
                 "towards it were blocked",
             )
-            .with_place(light_place(scene_facts, subject))
+            .with_place(light_subject_position(scene_facts, subject))
         })
     };
-    first.shut_away.iter().filter_map(finding).collect()
+    first.unreached_lights.iter().filter_map(finding).collect()
 }

@@ -7,7 +7,7 @@ use super::aimed::{AimedRayResult, AimedRayTask};
 use super::bodies::BodyChecks;
 use super::cameras::CameraView;
 use super::coplanar::{DepthResolution, OverlapTable};
-use super::covers::CoverSearch;
+use super::covers::LightBlockerTask;
 use super::duplicates::DuplicateObjects;
 use super::facts::SceneFacts;
 use super::finding::{CheckRun, FindingSubject, StressFinding};
@@ -105,7 +105,7 @@ impl StressSession<'_> {
                 ready = prepare(scene, &self.small_picture_settings(view), self.observer)?;
             }
             self.run_camera_checks(&ready, &data, view, &mut looks);
-            let (gaps, leaks) = (ready.find_closed_gaps(), ready.find_light_leaks());
+            let (gaps, leaks) = (ready.find_unresolved_gaps(), ready.find_light_leaks());
             looks.leaks.extend(leaks.iter().filter_map(|leak| {
                 let LampRef::Object(lamp) = leak.lamp else {
                     return None;
@@ -121,8 +121,8 @@ impl StressSession<'_> {
             check_cancelled(self.observer)?;
             progress(2 + 3 * done as u64);
         }
-        let (furnaces, total) = furnace::measure_furnaces(&scene_facts, settings, &self.deadline);
-        findings.extend(self.judge(&data, (&ready, &views), &looks, &furnaces));
+        let (furnaces, total) = furnace::run_furnace_tests(&scene_facts, settings, &self.deadline);
+        findings.extend(self.collect_findings(&data, (&ready, &views), &looks, &furnaces));
         progress(steps);
         let furnaces = CheckRun {
             name: "furnaces",
@@ -138,7 +138,7 @@ impl StressSession<'_> {
     }
 
     /// Returns the findings from the scene's data and from all rays.
-    fn judge(
+    fn collect_findings(
         &self,
         data: &SceneData<'_>,
         (ready, views): (&ReadyScene, &[CameraView]),
@@ -171,8 +171,12 @@ impl StressSession<'_> {
             &survey,
             views,
         ));
-        findings.extend(data.doubles.check(scene_facts, &survey));
-        findings.extend(copies::check(scene_facts, &data.doubles, &survey));
+        findings.extend(data.doubles.check_listed_objects(scene_facts, &survey));
+        findings.extend(copies::check_generator_copies(
+            scene_facts,
+            &data.doubles,
+            &survey,
+        ));
         findings.extend(bodies.check_bodies(&looks.aimed));
         findings.extend(overlaps::check_overlaps(
             scene_facts,
@@ -197,7 +201,7 @@ impl StressSession<'_> {
         findings.extend(textures::check_textures(scene_facts));
         findings.extend(lights::check_lights(scene_facts, views, Some(&lights)));
         findings.extend(cameras::check_cameras(scene_facts, views, &looks.rays));
-        black::add_black_pictures(scene_facts, &looks.pictures, &mut findings);
+        black::add_black_picture_findings(scene_facts, &looks.pictures, &mut findings);
         findings
     }
 
@@ -288,10 +292,10 @@ impl StressSession<'_> {
         let mut picture = SmallRender::render_small_picture(ready, view.index, &self.deadline);
         if picture.is_black() {
             let seen = survey
-                .first
+                .first_hits
                 .values()
-                .map(|sighting| view.in_front_of(sighting.position));
-            picture.cover = ready.run_task(&CoverSearch {
+                .map(|sighting| view.point_in_front_of(sighting.position));
+            picture.cover = ready.run_task(&LightBlockerTask {
                 scene_facts,
                 seen: seen.collect(),
             });

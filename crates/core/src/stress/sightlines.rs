@@ -58,7 +58,7 @@ impl SightlineTask<'_> {
             if hit.t.to_f64() >= line.distance * (1.0 - NEAR) || line.own == Some(object) {
                 return true;
             }
-            if self.scene_facts.objects[object].matter == SurfaceKind::Opaque {
+            if self.scene_facts.objects[object].surface_kind == SurfaceKind::Opaque {
                 return false;
             }
             range.min = hit.t;

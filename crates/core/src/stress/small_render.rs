@@ -1,7 +1,7 @@
 //! A small picture of a camera, from which the checks judge samples, blackness and noise.
 
 use super::RayDeadline;
-use super::covers::Cover;
+use super::covers::LightBlocker;
 use super::finding::CheckRun;
 use crate::counters::Counters;
 use crate::dispatch::ReadyScene;
@@ -13,10 +13,10 @@ pub(super) struct SmallRender {
     pub camera: usize,
     pub picture: Picture,
     pub counters: Counters,
-    pub shut_away: Vec<UnreachedLight>,
+    pub unreached_lights: Vec<UnreachedLight>,
     pub run: CheckRun,
     /// Object that blocks the light, if the picture is black.
-    pub cover: Option<Cover>,
+    pub cover: Option<LightBlocker>,
 }
 
 impl SmallRender {
@@ -48,7 +48,7 @@ impl SmallRender {
             camera,
             picture: film.picture(),
             counters,
-            shut_away,
+            unreached_lights: shut_away,
             run,
             cover: None,
         }

@@ -7,14 +7,14 @@ use super::cameras::{CameraView, is_box_in_view};
 use super::coarse;
 use super::facts::{SceneFacts, finite_point, largest_extent};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use super::numbers::metres;
+use super::numbers::format_metres;
 use super::ray_survey::RaySurvey;
 use crate::dispatch::ReadyScene;
 use crate::extent::MeshUseCounts;
 use crate::prepare::round_to_scalar;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::settings::PrecisionChoice;
-use crate::validate::{Problem, spans_no_area};
+use crate::validate::{Problem, do_edges_span_no_area};
 
 /// Least and greatest usual size of a scene, in metres.
 const USUAL: [f64; 2] = [1e-3, 1e6];
@@ -41,7 +41,7 @@ pub(super) fn lost_shape_findings(scene: &Scene, problems: &[Problem]) -> Vec<St
         let remedy = problem
             .hint
             .clone()
-            .unwrap_or_else(|| "make it larger".to_owned());
+            .unwrap_or_else(|| "make the shape larger".to_owned());
         StressFinding::new(
             FindingCode::LostShape,
             Severity::PictureWrong,
@@ -86,18 +86,19 @@ pub(super) fn check_storage(
     };
     let exact = match ready.settings().precision {
         PrecisionChoice::Reference => "",
-        PrecisionChoice::Robust => ", or add --precision reference",
+        PrecisionChoice::Robust => ", or render with --precision reference",
     };
     let lost = ready.invisible_objects();
     let mut findings: Vec<StressFinding> = lost
         .iter()
         .map(|&object| {
-            let reason = "so far from the rest of the scene, all corners of its triangles are stored as one, so that nothing is left of it";
-            let remedy = format!("move it nearer to the rest of the scene{exact}");
+            let reason = "it is so far from the rest of the scene that rounding merges all corners of its triangles, so that nothing is left of it";
+            let remedy = format!("move the object nearer to the rest of the scene{exact}");
             finding(FindingCode::LostObject, object, reason, remedy)
         })
         .collect();
-    let (coarse_findings, coarse_subjects) = coarse::check(scene_facts, ready, survey, views);
+    let (coarse_findings, coarse_subjects) =
+        coarse::check_coarse_objects(scene_facts, ready, survey, views);
     findings.extend(coarse_findings);
     let lost_triangles = match ready.settings().precision {
         PrecisionChoice::Robust => lost_triangle_findings::<f32>(scene_facts, lost, survey),
@@ -136,7 +137,7 @@ fn lost_triangle_findings<R: Real>(
         if uses.is_shared(name, object_facts.object.side) {
             continue;
         }
-        let (count, first) = count_lost_triangles::<R>(data, object_facts.map, origin);
+        let (count, first) = count_lost_triangles::<R>(data, object_facts.object_to_world, origin);
         let Some(first) = first else { continue };
         let total = data.indices.len() as u64;
         let is_seen =
@@ -146,17 +147,17 @@ fn lost_triangle_findings<R: Real>(
         } else {
             Severity::Harmless
         };
-        let reason = "corners of triangles are stored as one, or on a line, since they are so small and so far from the rest of the scene";
+        let reason = "rounding merges corners of its triangles, or puts them on a line, as these triangles are so small and so far from the rest of the scene";
         let finding = StressFinding::new(
             FindingCode::LostTriangles,
             severity,
             object_facts.subject,
             reason,
-            "move the mesh nearer to the rest of the scene, or add --precision reference",
+            "move the mesh nearer to the rest of the scene, or render with --precision reference",
         );
         let corner = data.indices[first as usize][0];
         let position = data.positions.position(corner as usize);
-        let at = finite_point(object_facts.map.transform_point3(position));
+        let at = finite_point(object_facts.object_to_world.transform_point3(position));
         findings.push(
             finding
                 .with_count(count, total, "triangles", "lost their area")
@@ -179,7 +180,7 @@ fn count_lost_triangles<R: Real>(
     }
     let is_flat = |corners: [DVec3; 3]| {
         let [a, b, c] = corners;
-        a == b || b == c || c == a || spans_no_area(b - a, c - a)
+        a == b || b == c || c == a || do_edges_span_no_area(b - a, c - a)
     };
     let stored = |p: DVec3| {
         let relative = (map.transform_point3(p) - origin).to_array();
@@ -229,15 +230,15 @@ fn scale_findings(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<Str
     };
     if size > 0.0 && !(USUAL[0]..=USUAL[1]).contains(&size) {
         let reason = format!(
-            "the longest edge of its box is {}: it is probably in other units, and lights and glass are in metres",
-            metres(size)
+            "the longest edge of the scene's bounding box is {}: the scene is probably in other units than metres, on which lights and glass depend",
+            format_metres(size)
         );
         findings.push(StressFinding::new(
             FindingCode::ExtremeScale,
             Severity::Harmless,
             FindingSubject::Scene,
             reason,
-            "scale it to metres",
+            "scale the scene to metres",
         ));
     }
     for object_facts in &scene_facts.objects {
@@ -247,16 +248,16 @@ fn scale_findings(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<Str
         let across = largest_extent(&bounds);
         if across < 2.0 * TINY * size {
             let reason = format!(
-                "it is {} across, and the longest edge of the scene's box {}",
-                metres(across),
-                metres(size)
+                "it is {} wide, while the longest edge of the scene's bounding box is {}",
+                format_metres(across),
+                format_metres(size)
             );
             let finding = StressFinding::new(
                 FindingCode::ExtremeScale,
                 Severity::Harmless,
                 object_facts.subject,
                 reason,
-                "look whether it is in other units than the rest",
+                "check whether the object is in other units than the rest of the scene",
             );
             findings.push(finding.with_place(finite_point(bounds.centre())));
         }
@@ -277,16 +278,16 @@ impl OutlierObject {
     fn outlier_finding(&self, scene_facts: &SceneFacts<'_>) -> StressFinding {
         let object_facts = &scene_facts.objects[self.object];
         let reason = format!(
-            "it reaches {} from the middle of the others, and they no more than {}",
-            metres(self.reach),
-            metres(self.others)
+            "it extends to {} from the middle of the others, while they extend to at most {}",
+            format_metres(self.reach),
+            format_metres(self.others)
         );
         StressFinding::new(
             FindingCode::ExtremeScale,
             Severity::Harmless,
             object_facts.subject,
             reason,
-            "look whether it is in other units than the rest, or out of its place",
+            "check whether the object is in other units than the rest of the scene, or misplaced",
         )
         .with_place(
             object_facts

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::cameras::item_nearest_to_camera;
 use super::facts::{ObjectFacts, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
-use super::numbers::{format_decimal, metres};
+use super::numbers::{format_decimal, format_metres};
 use super::used_mesh::UsedMesh;
 use crate::scene::MeshData;
 
@@ -110,17 +110,22 @@ impl UsedMesh<'_> {
             .vertex_position(object_facts, vertex)
             .to_array()
             .map(format_decimal);
-        let scale = object_facts.map.matrix3.determinant().abs().cbrt();
+        let scale = object_facts
+            .object_to_world
+            .matrix3
+            .determinant()
+            .abs()
+            .cbrt();
         let (named, what) = match strays.vertices.len() {
             1 => (format!("vertex {vertex} is"), "it"),
             more => (format!("vertex {vertex} and {} more are", more - 1), "them"),
         };
         let reason = format!(
             "{named} far out, at ({x}, {y}, {z}) metres, while nearly all others are within {} of the middle of the mesh: the triangles that reach to {what} are spikes, or too thin for any ray to hit{end}",
-            metres(strays.reach * scale)
+            format_metres(strays.reach * scale)
         );
         let remedy = format!(
-            "move {what} to the rest of the mesh where the model is made, or remove {what}: a coordinate has lost its decimal point, or was not set"
+            "in the modelling program, move {what} to the rest of the mesh, or remove {what}: probably a coordinate has lost its decimal point, or was not set"
         );
         let (code, subject) = (FindingCode::StrayVertices, object_facts.subject);
         let finding = StressFinding::new(code, severity, subject, reason, remedy)
@@ -136,6 +141,6 @@ impl UsedMesh<'_> {
 
     fn vertex_position(&self, object_facts: &ObjectFacts<'_>, vertex: u32) -> DVec3 {
         let position = self.data.positions.position(vertex as usize);
-        object_facts.map.transform_point3(position)
+        object_facts.object_to_world.transform_point3(position)
     }
 }

@@ -47,9 +47,8 @@ pub(super) fn summarise_findings(
 
 /// Returns a finding if the scene has no object.
 fn empty_scene_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
-    let reason =
-        "it has no object: the file has none, or nothing was left of them when it was read";
-    let remedy = "look at the warnings of reading, and whether the file's scene has a mesh with finite corners";
+    let reason = "the scene has no object: the file has none, or the reader left all of them out";
+    let remedy = "check the warnings of reading the file, and whether its scene has a mesh with finite vertices";
     scene_facts.is_empty().then(|| {
         let (code, severity) = (FindingCode::NothingSeen, Severity::PictureWrong);
         StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy)

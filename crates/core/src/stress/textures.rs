@@ -97,11 +97,11 @@ fn colour_space_findings(
         PixelData::Codes(_)
     );
     let reason = format!(
-        "its `{slot}` holds directions or numbers, and the texture there, `{}`, is read as sRGB colours",
+        "its `{slot}` needs directions or numbers, but the texture `{}` is read as sRGB colours",
         reference.name
     );
     let remedy = format!(
-        "give the texture `{}` the line `colour_space = \"linear\"`",
+        "set `colour_space = \"linear\"` for the texture `{}`",
         reference.name
     );
     (is_colour && has_codes).then(|| {
@@ -129,7 +129,7 @@ fn normal_map_finding(
         return None;
     };
     let inwards = pixels.iter().filter(|pixel| pixel[2] < 128).count();
-    let reason = "it is used as a normal map, and most of its directions point into the surface: it holds heights or colours";
+    let reason = "it is used as a normal map, but most of its directions point into the surface: it probably holds heights or colours";
     let remedy = "use a map of normals, whose colour is mostly light blue";
     let finding = StressFinding::new(
         FindingCode::NotANormalMap,
@@ -147,23 +147,22 @@ fn normal_map_finding(
 fn check_image(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding> {
     let subject = FindingSubject::Image(index);
     let Some(data) = scene_facts.scene.images[index].data.as_deref() else {
-        let reason = "it could not be read, and the factor alone counts";
+        let reason = "it could not be read, so that only the texture's factor counts";
         let finding = StressFinding::new(
             FindingCode::MissingImage,
             Severity::PictureWrong,
             subject,
             reason,
-            "put the file where the scene names it",
+            "put a readable image file at the path that the scene names",
         );
         return vec![finding];
     };
     let texels = u64::from(data.width) * u64::from(data.height);
     let mut findings = Vec::new();
-    let remedy = "write the image anew, with finite numbers of zero or more";
+    let remedy = "export the image again, with finite numbers of 0 or more";
     let repaired = scene_facts.scene.images[index].mended;
     if repaired > 0 {
-        let reason =
-            "channels of its texels are infinite or no numbers; 65504 and 0 are shown for them";
+        let reason = "channels of its texels are infinite or NaN; 65504 and 0 are used instead";
         let finding = StressFinding::new(
             FindingCode::ImageNotLight,
             Severity::PictureWrong,
@@ -181,7 +180,7 @@ fn check_image(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding>
         };
         let wrong = pixels.iter().filter(is_wrong).count() as u64;
         if wrong > 0 {
-            let reason = "it has texels that are negative, infinite or no numbers";
+            let reason = "it has texels that are negative, infinite or NaN";
             let finding = StressFinding::new(
                 FindingCode::ImageNotLight,
                 Severity::PictureWrong,
@@ -193,13 +192,13 @@ fn check_image(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding>
         }
     }
     if is_uniform_image(data) {
-        let reason = "all its texels are the same";
+        let reason = "all its texels have the same colour";
         let finding = StressFinding::new(
             FindingCode::UniformImage,
             Severity::Harmless,
             subject,
             reason,
-            "write the value as a factor: it takes no memory and no time",
+            "use a factor in place of the image: it takes no memory and no time",
         );
         findings.push(finding.with_count(texels, 0, "texels", "in all"));
     }

@@ -41,7 +41,7 @@ impl MeshComponent {
 
     /// Returns whether both parts are closed and oriented outwards, and the bounding box of `inner`
     /// lies inside that of this part.
-    pub fn holds_filled(&self, inner: &Self) -> bool {
+    pub fn encloses_outward_part(&self, inner: &Self) -> bool {
         let [least, greatest] = self.bounds;
         let is_filled = |part: &Self| part.is_closed && part.volume > 1e-10 * part.volume_terms;
         is_filled(self)
@@ -107,13 +107,13 @@ impl Topology {
             .copied()
             .step_by(every)
             .collect();
-        if irregular.turned.count > 0 {
+        if irregular.inconsistent_pairs.count > 0 {
             let turned = count_flipped_triangles(data.indices.len(), &edges);
             // A band with one side has none that are turned more than others.
             topology.flipped_triangles = if turned.count > 0 {
                 turned
             } else {
-                irregular.turned
+                irregular.inconsistent_pairs
             };
         }
         topology.seam = seam_width(data, &irregular.open);
@@ -215,7 +215,7 @@ impl Topology {
                 }
                 return;
             }
-            2 => irregular.turned.add_item(edge.triangle),
+            2 => irregular.inconsistent_pairs.add_item(edge.triangle),
             // Bodies that touch along an edge have as many triangles each way.
             _ if 2 * forwards == run.len() => return,
             _ => self.non_manifold_edges.add_item(edge),
@@ -232,7 +232,7 @@ struct IrregularEdges {
     /// Corners of irregular edges: open, inconsistently oriented, or with more than two triangles.
     corners: Vec<u32>,
     /// A triangle at each edge where the orientation of two triangles differs.
-    turned: CountAndFirst,
+    inconsistent_pairs: CountAndFirst,
 }
 
 /// Returns the common edge of two triangles, found by vertex positions.

@@ -16,7 +16,7 @@ pub(super) struct TriangleDefects {
     pub degenerate: CountAndFirst,
     pub slivers: CountAndFirst,
     /// Triangles whose three vertex normals point to the opposite side.
-    pub against: CountAndFirst,
+    pub opposed_normals: CountAndFirst,
     /// Stray vertices. Triangles that reach to them are not counted as degenerate or slivers.
     pub strays: StrayVertices,
 }
@@ -38,7 +38,7 @@ impl TriangleDefects {
         let plus = |a: Self, b: Self| Self {
             degenerate: a.degenerate.merge(b.degenerate),
             slivers: a.slivers.merge(b.slivers),
-            against: a.against.merge(b.against),
+            opposed_normals: a.opposed_normals.merge(b.opposed_normals),
             strays: StrayVertices::default(),
         };
         let counts = data
@@ -66,7 +66,7 @@ impl TriangleDefects {
             .iter()
             .all(|n| n.is_some_and(|n| DVec3::from(n.map(f64::from)).dot(normal) < 0.0))
         {
-            self.against.add_item(index);
+            self.opposed_normals.add_item(index);
         }
     }
 }

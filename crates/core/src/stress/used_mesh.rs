@@ -13,5 +13,5 @@ pub(super) struct UsedMesh<'a> {
     pub survey: &'a RaySurvey,
     pub views: &'a [CameraView],
     /// Whether no triangle of the whole scene has an area.
-    pub nothing_left: bool,
+    pub scene_has_no_area: bool,
 }

@@ -15,7 +15,7 @@ pub(super) enum MaterialValueClass {
 }
 
 /// End of a value's range, slightly above 1 to allow for rounding.
-const ONE: f64 = 1.0 + 1e-5;
+const MAX_IN_RANGE: f64 = 1.0 + 1e-5;
 
 /// Returns the validity of the material's values at a hit.
 pub(super) fn classify_values<R: Real>(
@@ -50,7 +50,7 @@ pub(super) fn classify_values<R: Real>(
         return MaterialValueClass::NotNumbers { key };
     }
     let greatest = |value: &[f64; 3]| value.iter().copied().fold(0.0, f64::max);
-    let is_beyond = |(_, value): &&(&str, [f64; 3])| greatest(value) > ONE;
+    let is_beyond = |(_, value): &&(&str, [f64; 3])| greatest(value) > MAX_IN_RANGE;
     match (material, shares.iter().find(is_beyond)) {
         (PreparedMaterial::Physical(_), Some((key, value))) => MaterialValueClass::OutOfRange {
             key,

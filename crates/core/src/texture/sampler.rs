@@ -79,14 +79,14 @@ impl<R: Real> TextureSampler<R> {
     }
 
     /// Returns the texel footprint of texture coordinates in an image. Samplers for which
-    /// [`Self::shares_footprint`] holds have the same footprint in all images of equal size.
+    /// [`Self::has_same_footprint`] holds have the same footprint in all images of equal size.
     #[inline(always)]
     pub fn texel_footprint(&self, image: &ImageData, coordinates: [R; 2]) -> TexelFootprint<R> {
         self.footprint_at_uv(image, self.transform_uv(coordinates))
     }
 
     /// Whether two samplers have the same texel footprint in images of equal size.
-    pub fn shares_footprint(&self, other: &Self) -> bool {
+    pub fn has_same_footprint(&self, other: &Self) -> bool {
         let nearest = |sampler: &Self| sampler.filter == TextureFilter::Nearest;
         nearest(self) == nearest(other)
             && self.wrap == other.wrap
@@ -138,7 +138,7 @@ impl<R: Real> TextureSampler<R> {
         if finer == last || share == 0.0 {
             at(finer)
         } else {
-            blend(at(finer), at(finer + 1), R::from_f64(share))
+            lerp_texels(at(finer), at(finer + 1), R::from_f64(share))
         }
     }
 
@@ -210,9 +210,9 @@ impl<R: Real> TextureSampler<R> {
                 .map(|code| codes.decode(code, self.srgb)),
         };
         let [fx, fy] = place.weights;
-        blend(
-            blend(upper_left, upper_right, fx),
-            blend(lower_left, lower_right, fx),
+        lerp_texels(
+            lerp_texels(upper_left, upper_right, fx),
+            lerp_texels(lower_left, lower_right, fx),
             fy,
         )
     }
@@ -297,7 +297,7 @@ pub(super) fn decode_texel<R: Real>(
 
 /// Interpolates between two texels. `weight` is the weight of the second texel, from 0 to 1.
 #[inline(always)]
-fn blend<R: Real>([ar, ag, ab, aa]: [R; 4], [br, bg, bb, ba]: [R; 4], weight: R) -> [R; 4] {
+fn lerp_texels<R: Real>([ar, ag, ab, aa]: [R; 4], [br, bg, bb, ba]: [R; 4], weight: R) -> [R; 4] {
     let one = |a: R, b: R| a * (R::ONE - weight) + b * weight;
     // Rounding must not move alpha beyond the range of the two texels, because an alpha mask
     // compares alpha with a cutoff.
@@ -317,15 +317,15 @@ fn texel_coordinate(u: f64, size: u32, wrap: WrapMode) -> f64 {
     }
     let size = f64::from(size);
     match wrap {
-        WrapMode::Repeat => fraction(u) * size,
-        WrapMode::MirroredRepeat => fraction(u * 0.5) * 2.0 * size,
+        WrapMode::Repeat => fractional_part(u) * size,
+        WrapMode::MirroredRepeat => fractional_part(u * 0.5) * 2.0 * size,
         WrapMode::Clamp => u.clamp(-1.0, 2.0) * size,
     }
 }
 
 /// Returns the fraction u − ⌊u⌋, kept below 1 even where the difference rounds to 1.
 #[inline(always)]
-fn fraction(u: f64) -> f64 {
+fn fractional_part(u: f64) -> f64 {
     (u - Real::floor(u)).min(1.0_f64.next_down())
 }
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::check::{SceneCheck, format_list};
 use super::motion::{self, MIN_VIEW_SINE};
-use super::{LEAST_ASPECT, MOST_ASPECT, SMALLEST};
+use super::{LEAST_ASPECT, MIN_LENGTH, MOST_ASPECT};
 use crate::scene::{Camera, Pinhole, Pose, Projection, Triple};
 
 /// Checks a camera.
@@ -80,7 +80,7 @@ fn check_look_at(check: &mut SceneCheck<'_>, eye: Triple, target: Triple, up: Tr
     check.require_point("target", target);
     check.require_direction("up", up);
     let view = DVec3::from(target) - DVec3::from(eye);
-    if view.length() < SMALLEST {
+    if view.length() < MIN_LENGTH {
         check.with_key("target", |check| {
             check.report_problem("`target` equals `eye`, so the camera has no viewing direction")
         });

@@ -7,19 +7,19 @@ use std::fmt::{self, Display, Write as _};
 
 use super::{MAX_PROBLEMS, Problem};
 use crate::expr::{self, Constant, ExprError, ExprScope, Program};
-use crate::lookup::{NameIndex, SceneLookup};
+use crate::lookup::{NameToIndexMap, SceneLookup};
 use crate::scene::{Colour, Material, Scene};
-use crate::suggest::closest_word;
+use crate::suggest::most_similar_word;
 
 pub(crate) use requirements::format_list;
 
 /// Greatest absolute value of a number that is no length, for example a radiance. Sums of such
 /// numbers must fit the renderer's `f32`.
-pub const GREATEST: f64 = 1e30;
+pub const MAX_MAGNITUDE: f64 = 1e30;
 
 /// Greatest intensity of a light with inverse-square falloff, which fits an `f32`. At the distance
-/// `FARTHEST` its irradiance is 10⁷.
-pub const GREATEST_INTENSITY: f64 = 1e37;
+/// `MAX_COORDINATE` its irradiance is 10⁷.
+pub const MAX_LIGHT_INTENSITY: f64 = 1e37;
 
 /// Greatest number of comparisons between names for the hint "did you mean", about a second of
 /// computation. Without a limit, a hundred unknown names in a large scene would take minutes.
@@ -154,7 +154,9 @@ impl<'a> SceneCheck<'a> {
             let problem = match seen.insert(name, i) {
                 _ if name.is_empty() && needed => "`name` must not be empty".to_owned(),
                 _ if name.is_empty() => continue,
-                Some(first) => format!("`{name}` is also the name of `{key}[{first}]`"),
+                Some(first) => format!(
+                    "the name `{name}` is already used by `{key}[{first}]`; rename one of the two"
+                ),
                 None => continue,
             };
             self.with_key(key, |check| {
@@ -177,7 +179,7 @@ impl<'a> SceneCheck<'a> {
         key: &str,
         name: &str,
         label: &str,
-        defined: for<'n> fn(&'n SceneLookup<'a>) -> &'n NameIndex<'a>,
+        defined: for<'n> fn(&'n SceneLookup<'a>) -> &'n NameToIndexMap<'a>,
     ) {
         let known = defined(&self.names);
         if known.index_of(name).is_some() {
@@ -195,7 +197,7 @@ impl<'a> SceneCheck<'a> {
             return;
         };
         self.comparisons = left;
-        let hint = match closest_word(name, known.iter()) {
+        let hint = match most_similar_word(name, known.iter()) {
             Some(word) => format!("did you mean `{word}`?"),
             None if known.len() == 0 => format!("the scene has no {label}"),
             None => {

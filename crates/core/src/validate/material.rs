@@ -77,7 +77,7 @@ fn check_mixture(check: &mut SceneCheck<'_>, m: &Mixture) {
     if m.specular_chance + m.refraction_chance > 1.0 {
         let message = "`specular_chance` and `refraction_chance` together must be at most 1";
         check.with_key("refraction_chance", |check| {
-            check.report_with_hint(message, "reduce one of the two probabilities; what remains to 1 is the probability of diffuse reflection")
+            check.report_with_hint(message, "reduce one of the two probabilities; 1 minus both is the probability of diffuse reflection")
         });
     }
     check.require_within("refraction_roughness", m.refraction_roughness, 0.0, 1.0);

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::check::SceneCheck;
-use super::{FARTHEST, MAX_PROBLEMS, Problem};
+use super::{MAX_COORDINATE, MAX_PROBLEMS, Problem};
 use crate::lookup::{SceneLookup, objects_with_paths};
 use crate::scene::{Image, MOST_UV_SETS, Mesh, MeshData, MeshSource, Scene, Shape, Texture};
 
@@ -38,7 +38,7 @@ pub(super) fn check_mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
         check.require_finite("time", model.time.unwrap_or_default());
         if matches!(mesh.source, MeshSource::Inline(_)) {
             check.report_with_hint(
-                "`model` selects a part of a file, but the arrays of this mesh are inline",
+                "`model` selects a part of a file, but this mesh reads no file: its arrays are in the scene",
                 "remove `model`",
             );
         }
@@ -88,10 +88,10 @@ pub fn check_mesh_data(data: &MeshData) -> Vec<(String, String)> {
     if let Some(i) = data
         .positions
         .iter()
-        .position(|p| !p.to_array().iter().all(|x| x.abs() <= FARTHEST))
+        .position(|p| !p.to_array().iter().all(|x| x.abs() <= MAX_COORDINATE))
     {
         let message = format!(
-            "every position must be finite and within {FARTHEST:e} of the origin on each axis"
+            "every position must be finite and within {MAX_COORDINATE:e} of the origin on each axis"
         );
         problems.push((format!("positions[{i}]"), message));
     }
@@ -149,7 +149,7 @@ fn check_attribute<const N: usize>(
     {
         problems.push((
             format!("{name}[{i}]"),
-            format!("`{name}[{i}]` must be finite; a colour must also not be negative"),
+            format!("every number of `{name}[{i}]` must be finite, and in a colour not negative"),
         ));
     }
 }

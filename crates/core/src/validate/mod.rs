@@ -19,9 +19,9 @@ mod transform;
 use std::ops::Range;
 
 pub(crate) use check::format_list;
-pub use check::{GREATEST, GREATEST_INTENSITY};
+pub use check::{MAX_LIGHT_INTENSITY, MAX_MAGNITUDE};
 pub use mesh::{check_mesh_data, find_missing_uv_sets};
-pub(crate) use shape::spans_no_area;
+pub(crate) use shape::do_edges_span_no_area;
 
 use self::check::SceneCheck;
 use crate::scene::{FORMAT, Scene};
@@ -31,7 +31,7 @@ pub(crate) const MAX_PROBLEMS: usize = 100;
 
 /// Greatest absolute coordinate, in world units. Squared distances between farther points would
 /// overflow the renderer's `f32`.
-pub const FARTHEST: f64 = 1e15;
+pub const MAX_COORDINATE: f64 = 1e15;
 
 /// Least aspect ratio (width over height) of a camera.
 pub const LEAST_ASPECT: f64 = 1e-3;
@@ -40,7 +40,7 @@ pub const MOST_ASPECT: f64 = 1e3;
 
 /// Least radius or size, in world units. It is also the least distance between points that must not
 /// coincide.
-pub const SMALLEST: f64 = 1e-15;
+pub const MIN_LENGTH: f64 = 1e-15;
 
 /// A problem of a scene: the path of the faulty field, a message, and possibly a hint.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ pub fn validate(scene: &Scene) -> Vec<Problem> {
     let mut check = SceneCheck::new(scene);
     if scene.format != FORMAT {
         let message = format!(
-            "this program reads version {FORMAT} of the scene format, not version {}",
+            "this program reads version {FORMAT} of the scene format, but this scene has version {}",
             scene.format
         );
         check.with_key("format", |check| check.report_problem(message));

@@ -24,7 +24,7 @@ pub(super) fn check_object_motion(check: &mut SceneCheck<'_>, object: &Object) {
         let hint = "a turning object shrinks on its path: turn it by less than 180 degrees, and keep the sign of every scale factor";
         check.with_key("transform_end", |check| {
             check.report_with_hint(
-                "at some time between `transform` and `transform_end` the object has no extent",
+                "between `transform` and `transform_end`, there is a time at which the object is flattened to zero thickness",
                 hint,
             );
         });

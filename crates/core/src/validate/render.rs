@@ -2,7 +2,7 @@
 //! materials share.
 
 use super::check::SceneCheck;
-use crate::expr::parameter_name_problem;
+use crate::expr::find_parameter_name_problem;
 use crate::scene::{ClassicRules, RenderSettings, Scene, SpawnRule};
 use crate::settings::Settings;
 
@@ -10,7 +10,7 @@ pub(super) fn check_parameters(check: &mut SceneCheck<'_>, scene: &Scene) {
     check.require_finite("t", scene.t);
     check.with_key("parameters", |check| {
         for (name, value) in &scene.parameters {
-            check.with_key(name, |check| match parameter_name_problem(name) {
+            check.with_key(name, |check| match find_parameter_name_problem(name) {
                 Some(reason) => check.report_with_hint(
                     format!("`{name}` cannot be the name of a parameter"),
                     reason,

@@ -11,7 +11,7 @@ const MIN_EDGE_SINE: f64 = 1e-12;
 
 /// Whether two edges are so nearly parallel that they span no area. False for an edge of length
 /// zero.
-pub(crate) fn spans_no_area(u: DVec3, v: DVec3) -> bool {
+pub(crate) fn do_edges_span_no_area(u: DVec3, v: DVec3) -> bool {
     let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
     u != DVec3::ZERO && v != DVec3::ZERO && u.cross(v).length() < MIN_EDGE_SINE
 }
@@ -196,7 +196,7 @@ fn check_quad(check: &mut SceneCheck<'_>, corner: Triple, edge_u: Triple, edge_v
         check.require_point("corner", corner);
         check.require_direction("edge_u", edge_u);
         check.require_direction("edge_v", edge_v);
-        if spans_no_area(edge_u.into(), edge_v.into()) {
+        if do_edges_span_no_area(edge_u.into(), edge_v.into()) {
             check.with_key("edge_v", |check| {
                 check.report_problem(
                     "`edge_u` and `edge_v` lie on one line, so the quad has no area",
@@ -213,7 +213,7 @@ fn check_triangle(check: &mut SceneCheck<'_>, vertices: &[Triple; 3]) {
             check.require_point("", *vertex)
         });
         let [a, b, c] = vertices.map(DVec3::from);
-        if a == b || b == c || c == a || spans_no_area(b - a, c - a) {
+        if a == b || b == c || c == a || do_edges_span_no_area(b - a, c - a) {
             check.with_key("vertices", |check| {
                 check.report_problem("the corners lie on one line, so the triangle has no area")
             });

@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::FARTHEST;
+use super::MAX_COORDINATE;
 use super::check::{SceneCheck, format_list};
 use crate::affine::affine_from_steps;
 use crate::scene::TransformStep;
@@ -43,11 +43,11 @@ pub(super) fn check_transform_steps(
     if check.problem_count() == before
         && !(whole.is_finite()
             && whole.inverse().is_finite()
-            && whole.translation.abs().max_element() <= FARTHEST)
+            && whole.translation.abs().max_element() <= MAX_COORDINATE)
     {
         check.with_key(key, |check| {
             check.report_problem(format!(
-                "the steps of `{key}` together have no inverse, or move the object farther than 1e15: use less extreme factors"
+                "the steps of `{key}` together flatten the object, or move it farther than 1e15: use less extreme factors"
             ))
         });
     }
@@ -62,9 +62,6 @@ fn check_matrix(check: &mut SceneCheck<'_>, rows: &[[f64; 4]; 3]) {
     let volume = DMat3::from_cols(unit(rows[0]), unit(rows[1]), unit(rows[2])).determinant();
     if volume.abs() < MIN_ROW_VOLUME {
         let hint = "the first three columns of `matrix` must be linearly independent";
-        check.report_with_hint(
-            "`matrix` is singular, so the object would have no extent",
-            hint,
-        );
+        check.report_with_hint("`matrix` is singular, so it would flatten the object", hint);
     }
 }

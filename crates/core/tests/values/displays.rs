@@ -10,7 +10,7 @@ fn shown(tone_map: ToneMap, curve: TransferCurve, rgb: [f32; 3]) -> [f32; 3] {
         exposure_stops: 0.0,
         ..Display::PLAIN
     }
-    .prepare()
+    .build_map()
     .display_values(rgb)
 }
 

@@ -2,7 +2,7 @@
 //! almost have it.
 
 use raywright_core::effects::EffectStatus::{self, Absent, LeftOut, Simulated};
-use raywright_core::effects::{Effect, EffectReport, detect};
+use raywright_core::effects::{Effect, EffectReport, assess_effects};
 use raywright_core::scene::Integrator;
 use raywright_core::{Settings, prepare};
 use serde_json::{Value, json};
@@ -19,7 +19,7 @@ fn status_of(report: &EffectReport, name: &str) -> EffectStatus {
 #[track_caller]
 fn reports(model: Value, parts: Value, statuses: &[(&str, EffectStatus)]) {
     let scene = floor(model.clone(), parts);
-    let report = detect(
+    let report = assess_effects(
         &scene,
         &Settings {
             integrator: Integrator::Whitted,
@@ -417,7 +417,7 @@ fn lights_and_casters() {
     let mut scene = floor(shiny(), light(json!({})));
     scene.objects[0].casts_shadow = false;
     assert_eq!(
-        detect(&scene, &Settings::from_scene(&scene)).status(Effect::Shadows),
+        assess_effects(&scene, &Settings::from_scene(&scene)).status(Effect::Shadows),
         Absent
     );
 }
@@ -484,7 +484,7 @@ fn geometry_and_what_is_shown() {
     ] {
         shown.objects[0] = serde_json::from_value(object).expect("an object");
         assert_eq!(
-            detect(&shown, &Settings::from_scene(&shown)).status(Effect::UnboundedShapes),
+            assess_effects(&shown, &Settings::from_scene(&shown)).status(Effect::UnboundedShapes),
             status
         );
     }
@@ -500,7 +500,7 @@ fn lenses() {
             classic(json!({})),
             json!({ "cameras": [camera], "render": { "pattern": pattern } }),
         );
-        detect(&scene, &Settings::from_scene(&scene)).status(Effect::DepthOfField)
+        assess_effects(&scene, &Settings::from_scene(&scene)).status(Effect::DepthOfField)
     };
     assert_eq!(status(0.1, Value::Null), Simulated);
     assert_eq!(status(0.1, json!("centre")), LeftOut);
@@ -517,7 +517,7 @@ fn auto_goes_by_what_is_left_out() {
         let scene = floor(model, json!({ "lights": [sun([0.0, 1.0, 0.0])] }));
         let settings = Settings::from_scene(&scene);
         (
-            detect(&scene, &settings).integrator,
+            assess_effects(&scene, &settings).integrator,
             prepare(&scene, &settings, &())
                 .expect("prepares")
                 .is_path_traced(),
@@ -556,7 +556,7 @@ fn a_sky_lights_highlights_along_paths() {
     };
     for (strength, expected) in [(0.5, Simulated), (0.0, Absent)] {
         let scene = gloss(strength);
-        let report = detect(
+        let report = assess_effects(
             &scene,
             &Settings {
                 integrator: Integrator::Path,

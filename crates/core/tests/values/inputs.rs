@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use raywright_core::effects::{Effect, EffectSet, EffectStatus, detect};
+use raywright_core::effects::{Effect, EffectSet, EffectStatus, assess_effects};
 use raywright_core::ladder::{RungChoice, current_rungs};
 use raywright_core::scene::{ImageData, PixelData, Scene};
 use raywright_core::settings::{Aov, Settings};
@@ -120,8 +120,8 @@ fn every_input_may_read_the_coordinates() {
                 expected,
                 "{name} does not matter here"
             );
-            let told =
-                detect(&read, &Settings::from_scene(&read)).status(Effect::ProceduralTextures);
+            let told = assess_effects(&read, &Settings::from_scene(&read))
+                .status(Effect::ProceduralTextures);
             // An expression in `uv` belongs to the use of an image.
             assert!(
                 told == EffectStatus::Simulated || name.starts_with("uv"),
@@ -323,7 +323,7 @@ fn ladders_are_reported_where_they_matter() {
             max_depth,
             ..Settings::from_scene(&scene)
         };
-        current_rungs(&scene, &settings, &detect(&scene, &settings))
+        current_rungs(&scene, &settings, &assess_effects(&scene, &settings))
             .iter()
             .map(|current_rung| current_rung.ladder)
             .collect()
@@ -352,7 +352,7 @@ fn ladders_are_reported_where_they_matter() {
             .unwrap_or_else(|e| panic!("{e}"))
             .apply(&mut scene, &mut settings);
     }
-    let standings = current_rungs(&scene, &settings, &detect(&scene, &settings));
+    let standings = current_rungs(&scene, &settings, &assess_effects(&scene, &settings));
     let build = standings
         .iter()
         .find(|current_rung| current_rung.ladder == "build")

@@ -2,7 +2,7 @@
 //! of zero, switched off, and without cost if absent.
 
 use raywright_core::effects::EffectStatus::{self, Absent, LeftOut, Simulated};
-use raywright_core::effects::{Effect, EffectSet, detect};
+use raywright_core::effects::{Effect, EffectSet, assess_effects};
 use raywright_core::material::FresnelRule;
 use raywright_core::scene::{Integrator, Scene};
 use raywright_core::{Settings, prepare};
@@ -261,7 +261,7 @@ fn layers_are_effects() {
     for (name, terms, nothing) in each() {
         let effect = Effect::from_name(name).unwrap_or_else(|| panic!("{name}"));
         let status = |scene: &Scene, integrator: Integrator, without: EffectSet| -> EffectStatus {
-            detect(
+            assess_effects(
                 scene,
                 &Settings {
                     integrator,
@@ -292,7 +292,7 @@ fn layers_are_effects() {
             whitted,
             "{name}"
         );
-        let auto = detect(&with, &Settings::from_scene(&with)).integrator;
+        let auto = assess_effects(&with, &Settings::from_scene(&with)).integrator;
         assert_eq!(
             auto,
             if name == "thin walls" {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use raywright_core::effects::{Effect, EffectSet, EffectStatus, detect};
+use raywright_core::effects::{Effect, EffectSet, EffectStatus, assess_effects};
 use raywright_core::scene::{ImageData, PixelData, Pose, Projection, Scene};
 use raywright_core::{Settings, prepare};
 use serde_json::{Value, json};
@@ -192,7 +192,7 @@ fn what_is_read_without() {
 fn mip_maps_are_an_effect() {
     let mut scene = checked(unchecked_floor(&glowing(tiled(50.0))), "linear");
     let status = |scene: &Scene, settings: &Settings| {
-        let report = detect(scene, settings);
+        let report = assess_effects(scene, settings);
         let finding = report
             .effects
             .iter()

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use raywright_core::effects::{Effect, EffectSet, EffectStatus, detect};
+use raywright_core::effects::{Effect, EffectSet, EffectStatus, assess_effects};
 use raywright_core::scene::{ImageData, PixelData, Scene};
 use raywright_core::settings::Aov;
 use raywright_core::{estimate_scene_memory, prepare};
@@ -281,7 +281,8 @@ fn odd_meshes_have_normals() {
 #[test]
 fn the_effect_of_normal_maps() {
     let value_of = |more: Value| lit(shown(json!([])), upright(), bumpy(more), LIGHT);
-    let status = |scene: &Scene| detect(scene, &settings(scene, ONTO)).status(Effect::NormalMaps);
+    let status =
+        |scene: &Scene| assess_effects(scene, &settings(scene, ONTO)).status(Effect::NormalMaps);
     assert_eq!(status(&value_of(json!({}))), EffectStatus::Simulated);
     for more in [
         json!({ "normal_scale": 0 }),

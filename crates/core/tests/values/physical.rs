@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 use glam::DVec3;
 use raywright_core::effects::EffectStatus::Simulated;
-use raywright_core::effects::{Effect, EffectSet, detect};
+use raywright_core::effects::{Effect, EffectSet, assess_effects};
 use raywright_core::material::FresnelRule;
 use raywright_core::scene::Integrator;
 use raywright_core::settings::{MicrofacetEnergy, PrecisionChoice};
@@ -284,7 +284,7 @@ fn factors_dim_reflections_beside_bodies() {
             "objects": [ball([0.0, 50.0, 9.0], 1.0, "cup"), ball([0.5, 50.0, 9.0], 1.0, "tea")] }),
     );
     let view = [[0.96, 0.28, 0.0], [0.0; 3]];
-    let told = detect(&scene, &straight(&scene, view)).status(Effect::NestedMedia);
+    let told = assess_effects(&scene, &straight(&scene, view)).status(Effect::NestedMedia);
     assert_eq!(told, Simulated);
     let expected = dimmed(
         0.5,

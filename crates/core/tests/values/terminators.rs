@@ -4,7 +4,7 @@
 
 use glam::{DVec2, DVec3};
 use raywright_core::Settings;
-use raywright_core::bvh::stability::triangles::icosphere;
+use raywright_core::bvh::stability::triangles::create_icosphere;
 use raywright_core::scene::SamplePattern;
 use raywright_core::settings::{PrecisionChoice, Sampling};
 use serde_json::json;
@@ -26,7 +26,7 @@ const STEPS: [f64; 3] = [0.179, 0.117, 0.047];
 fn s07_no_light_through_facets() {
     let to_light = DVec3::new(1.0, 0.2, 0.1).normalize();
     for levels in 1..=3 {
-        let ball = icosphere(levels);
+        let ball = create_icosphere(levels);
         let corners: Vec<[f32; 3]> = ball.corners.iter().map(|p| p.to_array()).collect();
         let mesh = json!({ "name": "ball", "source": { "inline": { "positions": corners, "normals": corners, "indices": ball.faces } } });
         let scene = scene(json!({

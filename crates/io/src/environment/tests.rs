@@ -14,7 +14,7 @@ fn under(sky: Option<Sky>, options: EnvironmentOptions) -> Result<Scene, Error> 
         &mut scene,
         SceneFormat::Glb,
         &options,
-        &Folder::without_files(1 << 20),
+        &Folder::for_built_in_scene(1 << 20),
         &Limits::default(),
         &mut Vec::new(),
     )
@@ -134,7 +134,7 @@ fn scenes_that_would_be_black_get_light() {
                 &mut scene,
                 format,
                 options,
-                &Folder::without_files(1 << 20),
+                &Folder::for_built_in_scene(1 << 20),
                 &Limits::default(),
                 &mut Vec::new(),
             )

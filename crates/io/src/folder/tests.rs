@@ -55,7 +55,7 @@ fn what_is_read_and_named_is_remembered() {
     let inputs = folder.inputs();
     let held = |name: &str| {
         let place = OutputPath::resolve(&outer.path().join("scene").join(name)).expect("a place");
-        inputs.find_clash(&place).is_some()
+        inputs.find_overwritten_input(&place).is_some()
     };
     for name in ["own.txt", "sub/a.txt", "sub/none.txt", "../secret.txt"] {
         assert!(held(name), "{name}");
@@ -189,7 +189,7 @@ fn a_pipe_is_refused_without_waiting() {
 #[test]
 fn a_preset_reads_no_file() {
     assert!(matches!(
-        Folder::without_files(1000).read("own.txt"),
+        Folder::for_built_in_scene(1000).read("own.txt"),
         Err(ReadError::Refused(_))
     ));
 }
@@ -198,7 +198,7 @@ fn a_preset_reads_no_file() {
 #[test]
 fn a_hash_knows_where_things_end() {
     let hash = |parts: &[&[u8]]| {
-        let folder = Folder::without_files(100);
+        let folder = Folder::for_built_in_scene(100);
         parts.iter().for_each(|part| folder.add_to_hash(part));
         folder.take_hash()
     };

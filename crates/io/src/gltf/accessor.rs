@@ -72,7 +72,7 @@ pub(super) fn element_arity(kind: &str) -> ImportResult<usize> {
         "MAT4" => 16,
         "MAT2" | "MAT3" => {
             return Err(Fault::invalid_input(format!(
-                "has the type {kind}, which no supported property uses"
+                "has the matrix type {kind}; of the matrix types, only MAT4 is supported"
             )));
         }
         _ => {
@@ -133,7 +133,7 @@ impl<'a> AccessorReader<'a> {
         let count = usize::try_from(accessor.count).unwrap_or(usize::MAX);
         if (count as u64).saturating_mul(size as u64) > self.memory_bytes {
             return Err(Fault::over_limit(format!(
-                "has {count} elements of {size} bytes, more than the memory limit of {} MiB",
+                "has {count} elements of {size} bytes, more than the memory limit of {} MiB; raise the limit with --max-memory",
                 self.memory_bytes >> 20
             )));
         }
@@ -168,7 +168,7 @@ impl<'a> AccessorReader<'a> {
             .checked_sub((count as u64).saturating_mul(size as u64));
         self.zero_bytes_left.set(left.ok_or_else(|| {
             Fault::over_limit(format!(
-                "has {count} elements without data, more than the limit for such elements"
+                "has {count} elements without data, which stand for zeros; all such elements of a file may take at most 256 MiB"
             ))
         })?);
         Ok(&[])

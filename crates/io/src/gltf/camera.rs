@@ -1,7 +1,7 @@
 //! Cameras of a glTF file, posed by their nodes.
 
 use raywright_core::scene::{AspectFit, Camera, Pinhole, Pose, Projection};
-use raywright_core::validate::{FARTHEST, LEAST_ASPECT, MOST_ASPECT, SMALLEST};
+use raywright_core::validate::{LEAST_ASPECT, MAX_COORDINATE, MIN_LENGTH, MOST_ASPECT};
 
 use super::entries::CameraEntry as Source;
 use super::nodes::NodeInstance;
@@ -49,9 +49,9 @@ pub(super) fn convert_camera(
         }
         ("orthographic", _, Some(view)) => {
             let height = 2.0 * f64::from(view.ymag).abs();
-            if !(SMALLEST..=FARTHEST).contains(&height) {
+            if !(MIN_LENGTH..=MAX_COORDINATE).contains(&height) {
                 return skip(&format!(
-                    "its ymag (half the height) of {} is zero or outside the range of coordinates",
+                    "its ymag (half the height) of {} is zero, or outside the supported lengths from 1e-15 to 1e15",
                     format_number(view.ymag.into())
                 ));
             }
@@ -63,7 +63,7 @@ pub(super) fn convert_camera(
         _ => return skip("its type is unknown, or the projection of its type is missing"),
     };
     let Some(pose) = camera_pose(instance) else {
-        return skip("the transform of its node is singular");
+        return skip("the transform of its node has no inverse: a scale is zero");
     };
     // An extreme aspect ratio is ignored.
     let aspect = aspect.filter(|aspect| (LEAST_ASPECT..=MOST_ASPECT).contains(aspect));

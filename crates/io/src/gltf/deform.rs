@@ -207,11 +207,11 @@ impl GltfImport<'_> {
 
     /// Adds `count` to the number of vertex displacements so far. A file beyond the limit is
     /// refused.
-    fn count_vertex_moves(&mut self, count: usize) -> ImportResult<()> {
+    fn count_displaced_vertices(&mut self, count: usize) -> ImportResult<()> {
         self.vertex_moves += count as u64;
         if self.vertex_moves > MOST_MOVES {
             return Err(Fault::over_limit(format!(
-                "morph targets and skins move vertices more than {MOST_MOVES} times"
+                "the morph targets and skins of the file displace more vertices than the limit of {MOST_MOVES}; use fewer vertices, targets or skinned nodes"
             )));
         }
         Ok(())
@@ -234,7 +234,7 @@ impl GltfImport<'_> {
             let Some(&index) = target.get(name).filter(|_| !list.is_empty()) else {
                 continue;
             };
-            self.count_vertex_moves(list.len())?;
+            self.count_displaced_vertices(list.len())?;
             let steps = self
                 .reader
                 .open(index as usize)
@@ -281,7 +281,7 @@ impl GltfImport<'_> {
                 "is skinned, but has no JOINTS_0 and WEIGHTS_0",
             ));
         }
-        self.count_vertex_moves(deforming.positions.len().saturating_mul(4 * sets.len()))?;
+        self.count_displaced_vertices(deforming.positions.len().saturating_mul(4 * sets.len()))?;
         for (i, vertex) in vertices.iter().enumerate() {
             let map = skin.blend_joints(&sets, vertex)?;
             if let Some(position) = deforming.positions.get_mut(i) {

@@ -4,7 +4,7 @@ use raywright_core::scene::{
     Anisotropy, Channel, Clearcoat, Colour, DiffuseTransmission, Iridescence, Physical, Sheen,
     TextureRef,
 };
-use raywright_core::validate::{FARTHEST, SMALLEST};
+use raywright_core::validate::{MAX_COORDINATE, MIN_LENGTH};
 
 use super::GltfImport;
 use super::entries::{MaterialExtensions, TextureInfo};
@@ -55,7 +55,7 @@ impl GltfImport<'_> {
         // An infinite distance means no absorption.
         let distance = volume
             .attenuation_distance
-            .filter(|distance| *distance <= FARTHEST);
+            .filter(|distance| *distance <= MAX_COORDINATE);
         if let Some(distance) = distance.filter(|distance| *distance <= 0.0) {
             self.warnings.add(
                 WarningCode::Range,
@@ -69,7 +69,7 @@ impl GltfImport<'_> {
         out.attenuation_distance = distance.map(|distance| {
             self.warnings.clamp_with_warning(
                 distance,
-                [SMALLEST, FARTHEST],
+                [MIN_LENGTH, MAX_COORDINATE],
                 label,
                 "attenuationDistance",
             )

@@ -1,7 +1,7 @@
 //! Lights of a glTF file (KHR_lights_punctual), posed by their nodes.
 
 use raywright_core::scene::{Colour, Falloff, Light, LightKind};
-use raywright_core::validate::{FARTHEST, GREATEST, GREATEST_INTENSITY, SMALLEST};
+use raywright_core::validate::{MAX_COORDINATE, MAX_LIGHT_INTENSITY, MAX_MAGNITUDE, MIN_LENGTH};
 
 use super::entries::{LightEntry as Source, SpotCone};
 use super::nodes::NodeInstance;
@@ -25,9 +25,9 @@ pub(super) fn convert_light(
         None
     };
     let maximum = if light.kind == "directional" {
-        GREATEST
+        MAX_MAGNITUDE
     } else {
-        GREATEST_INTENSITY
+        MAX_LIGHT_INTENSITY
     };
     let intensity =
         warnings.clamp_with_warning(light.intensity.into(), [0.0, maximum], &label, "intensity");
@@ -37,7 +37,10 @@ pub(super) fn convert_light(
     let colour = colour.map(|c| (c * intensity).min(maximum));
     // Lights shine along their node's -z.
     let Some(back) = instance.world.matrix3.z_axis.try_normalize() else {
-        return skip(warnings, "the transform of its node is singular");
+        return skip(
+            warnings,
+            "the transform of its node has no inverse: a scale is zero",
+        );
     };
     let position = instance.world.translation.into();
     let range = light_range(light, &label, warnings);
@@ -80,7 +83,7 @@ fn light_range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f
     let range = light
         .range
         .map(f64::from)
-        .filter(|range| *range <= FARTHEST)?;
+        .filter(|range| *range <= MAX_COORDINATE)?;
     if range <= 0.0 {
         warnings.add(
             WarningCode::Range,
@@ -91,7 +94,7 @@ fn light_range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f
         );
         return None;
     }
-    Some(warnings.clamp_with_warning(range, [SMALLEST, FARTHEST], label, "range"))
+    Some(warnings.clamp_with_warning(range, [MIN_LENGTH, MAX_COORDINATE], label, "range"))
 }
 
 /// Returns the inner and the outer angle of a spotlight, in degrees from the axis; `None` for an

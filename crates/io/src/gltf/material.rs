@@ -3,7 +3,7 @@
 use raywright_core::scene::{
     AlphaMode, Colour, Material, MaterialFields, MaterialModel, Physical, UnsupportedProperty,
 };
-use raywright_core::validate::GREATEST;
+use raywright_core::validate::MAX_MAGNITUDE;
 
 use super::GltfImport;
 use super::buffers::missing_index_fault;
@@ -222,9 +222,12 @@ impl GltfImport<'_> {
             .emissive_strength
             .as_ref()
             .map_or(1.0, |s| f64::from(s.emissive_strength));
-        let strength =
-            self.warnings
-                .clamp_with_warning(strength, [0.0, GREATEST], label, "emissiveStrength");
+        let strength = self.warnings.clamp_with_warning(
+            strength,
+            [0.0, MAX_MAGNITUDE],
+            label,
+            "emissiveStrength",
+        );
         Colour(
             source
                 .emissive_factor

@@ -323,7 +323,7 @@ impl<'a> GltfImport<'a> {
         if self.scene.objects.is_empty() {
             self.warnings.add(
                 WarningCode::NothingToSee,
-                "the scene has no visible triangles: the picture shows nothing of it",
+                "the scene has no visible triangles: the picture shows only the background",
             );
         }
         let contents = model_choice::list_contents(self.document, &self.reader);
@@ -380,7 +380,7 @@ impl<'a> GltfImport<'a> {
         for reason in report.errors {
             self.warnings.add(
                 WarningCode::Picture,
-                format!("{reason}; only the material's factor is used"),
+                format!("{reason}; the texture is left out"),
             );
         }
         report

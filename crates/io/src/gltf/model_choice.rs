@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use raywright_core::suggest::closest_word;
+use raywright_core::suggest::most_similar_word;
 
 use super::accessor::AccessorReader;
 use super::document::Document;
@@ -207,9 +207,10 @@ fn unknown_name_fault(label: &str, wish: &str, names: &[&str], by_index: bool) -
         .chain((names.len() > MOST).then(|| "…".to_owned()))
         .collect::<Vec<_>>()
         .join(", ");
-    let meant = match closest_word(&wish, names.iter().copied().filter(|name| !name.is_empty())) {
-        Some(name) => format!("did you mean `{}`? Its", sanitise_text(name)),
-        None => "its".to_owned(),
-    };
+    let meant =
+        match most_similar_word(&wish, names.iter().copied().filter(|name| !name.is_empty())) {
+            Some(name) => format!("did you mean `{}`? Its", sanitise_text(name)),
+            None => "its".to_owned(),
+        };
     Fault::missing_choice(format!("has no {label} `{wish}`; {meant} {label}s: {list}"))
 }

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use glam::DAffine3;
-use raywright_core::validate::FARTHEST;
+use raywright_core::validate::MAX_COORDINATE;
 
 use super::buffers::missing_index_fault;
 use super::entries::NodeEntry;
@@ -37,12 +37,15 @@ impl GltfImport<'_> {
         world: &DAffine3,
         place: impl Fn() -> String,
     ) -> bool {
-        let within = world.to_cols_array().iter().all(|x| x.abs() <= FARTHEST);
+        let within = world
+            .to_cols_array()
+            .iter()
+            .all(|x| x.abs() <= MAX_COORDINATE);
         if !within {
             self.warnings.add(
                 WarningCode::Geometry,
                 format!(
-                    "{}: its transform exceeds the range of coordinates; the contents of the node were left out",
+                    "{}: its transform has numbers beyond ±1e15, the largest coordinate; the contents of the node were left out",
                     place()
                 ),
             );

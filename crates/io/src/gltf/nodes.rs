@@ -143,7 +143,7 @@ impl NodeWalk<'_> {
             });
             if repeated > MOST_REPEATED {
                 return Err(Fault::over_limit(
-                    "has several parents, and the hierarchy would repeat too many nodes",
+                    "has several parents, and the hierarchy would repeat more nodes than the limit of 1048576; use EXT_mesh_gpu_instancing for copies",
                 )
                 .with_place(format_args!("nodes[{index}]")));
             }

@@ -50,7 +50,7 @@ impl GltfImport<'_> {
         if let Some(glossy) = &out.specular_colour_texture {
             out.roughness = 1.0.into();
             out.metallic_roughness_texture = Some(TextureRef {
-                name: self.roughness_texture(&glossy.name, glossiness),
+                name: self.register_roughness_texture(&glossy.name, glossiness),
                 ..glossy.clone()
             });
         }
@@ -59,7 +59,7 @@ impl GltfImport<'_> {
 
     /// Returns the name of the roughness texture for a glossiness texture and its factor
     /// `glossiness`. The texture is created on first use; its image is computed later.
-    fn roughness_texture(&mut self, glossy: &str, glossiness: f64) -> String {
+    fn register_roughness_texture(&mut self, glossy: &str, glossiness: f64) -> String {
         let key = (glossy.to_owned(), glossiness.to_bits());
         if let Some(known) = self.roughness_baker.texture_names.get(&key) {
             return known.clone();

@@ -7,7 +7,7 @@ use raywright_core::scene::{
     Colour, ColourSpace, Image as SceneImage, Texture as SceneTexture, TextureFilter, TextureRef,
     WrapMode,
 };
-use raywright_core::validate::FARTHEST;
+use raywright_core::validate::MAX_COORDINATE;
 
 use super::GltfImport;
 use super::buffers::missing_index_fault;
@@ -43,7 +43,7 @@ impl<'a> GltfImport<'a> {
             Err(reason) => {
                 self.warnings.add(
                     WarningCode::Picture,
-                    format!("{reason}; only the material's factor is used"),
+                    format!("{reason}; the texture is left out"),
                 );
                 None
             }
@@ -64,13 +64,15 @@ impl<'a> GltfImport<'a> {
         let (usable, within) = rows.map_or((None, true), |rows| {
             (
                 Some(rows),
-                rows.as_flattened().iter().all(|x| x.abs() <= FARTHEST),
+                rows.as_flattened()
+                    .iter()
+                    .all(|x| x.abs() <= MAX_COORDINATE),
             )
         });
         if !within {
             self.warnings.add(
                 WarningCode::Range,
-                format!("textures[{index}]: a KHR_texture_transform exceeds the range of coordinates and is ignored"),
+                format!("textures[{index}]: a KHR_texture_transform has numbers beyond ±1e15, the largest coordinate, and is ignored"),
             );
         }
         Ok(Some(TextureRef {
@@ -110,9 +112,7 @@ impl<'a> GltfImport<'a> {
         if source.image_sources().next().is_none() {
             self.warnings.add(
                 WarningCode::Picture,
-                format!(
-                    "textures[{index}]: has no supported image; only the material's factor is used"
-                ),
+                format!("textures[{index}]: has no supported image; the texture is left out"),
             );
         }
         let name = image.map(|image| {
@@ -206,7 +206,7 @@ impl<'a> GltfImport<'a> {
             Err(reason) => {
                 self.warnings.add(
                     WarningCode::Picture,
-                    format!("{reason}; only the material's factor is used"),
+                    format!("{reason}; the texture is left out"),
                 );
                 None
             }

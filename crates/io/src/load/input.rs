@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
-use crate::folder::{Resolver, read_file, read_limited};
+use crate::folder::{Resolver, read_file, read_up_to_limit};
 use crate::import::MODELS;
 use crate::limits::{Limits, format_bytes};
 use crate::source::{SceneFormat, unsupported_format};
@@ -36,7 +36,7 @@ impl Input {
     pub fn from_reader(name: &str, source: impl Read, limits: &Limits) -> Result<Self, Error> {
         let bytes = check_input_size(
             Path::new(name),
-            read_limited(source, 0, max_input_bytes(limits)),
+            read_up_to_limit(source, 0, max_input_bytes(limits)),
             limits,
         )?;
         Ok(Self::Bytes {
@@ -80,7 +80,7 @@ fn check_input_size(
             Error::over_limit(
                 path.display(),
                 format!(
-                    "the file is larger than the limit of {}",
+                    "the file is larger than the limit of {}; simplify its meshes, or divide the file",
                     format_bytes(max_input_bytes(limits))
                 ),
             )

@@ -9,7 +9,7 @@ fn for_each_element(
     bytes: &mut [u8],
     mut change: impl FnMut([i32; 4]) -> Option<[i32; 4]>,
 ) -> Result<(), PacketFault> {
-    let undefined = "an element encodes no direction or colour";
+    let undefined = "a compressed element is no valid direction or colour";
     match stride {
         4 => {
             for element in bytes.as_chunks_mut::<4>().0 {

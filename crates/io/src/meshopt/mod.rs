@@ -28,8 +28,8 @@ fn parse_header(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), PacketFault> {
     let (first, rest) = packet.split_first().ok_or(TOO_SHORT)?;
     match first ^ kind {
         version @ 0..=1 => Ok((version, rest)),
-        2..=15 => Err("the version of the codec is not supported"),
-        _ => Err("the first byte belongs to another codec"),
+        2..=15 => Err("the version of the compression codec is not supported"),
+        _ => Err("the first byte of the compressed data is that of another codec"),
     }
 }
 

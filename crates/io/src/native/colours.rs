@@ -66,7 +66,7 @@ pub(super) fn warn_colour_codes(file: &str, scene: &Scene) -> Vec<Warning> {
         colour.0.iter().any(|&channel| is_code(channel)).then(|| {
             let name = &material.name;
             let message = format!(
-                "`{key}` of material `{name}` is [{red}, {green}, {blue}], many times the light that it gets; codes from 0 to 255 are \
+                "`{key}` of material `{name}` is [{red}, {green}, {blue}], more than a surface can reflect (1 is white); codes from 0 to 255 are \
                  written \"rgb({red}, {green}, {blue})\""
             );
             Warning::new(WarningCode::ColourCodes, file, message)

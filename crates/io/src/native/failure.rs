@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::{Deref, DerefMut, Range};
 
-use raywright_core::suggest::closest_word;
+use raywright_core::suggest::most_similar_word;
 use serde::de::{self, Expected, Unexpected};
 
 use crate::diagnostic::Diagnostic;
@@ -136,7 +136,7 @@ impl de::Error for ReadFailure {
 
 /// Returns advice for an unknown word: the most similar known word, or a list of all known words.
 pub(crate) fn did_you_mean(wrong: &str, known: &[&str], label: &str) -> String {
-    match closest_word(wrong, known.iter().copied()) {
+    match most_similar_word(wrong, known.iter().copied()) {
         Some(word) => format!("did you mean `{word}`?"),
         None => format!("{label}: {}", known.join(", ")),
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use raywright_core::scene::{Image, MeshSource, Sky, SkyMap};
-use raywright_core::suggest::closest_word;
+use raywright_core::suggest::most_similar_word;
 use raywright_core::validate::{check_mesh_data, find_missing_uv_sets};
 
 use super::models::unreadable_file_error;
@@ -62,9 +62,8 @@ fn read_images(
             }
             Err(reason) => {
                 let name = &parsed.scene.images[i].name;
-                let message = format!(
-                    "image `{name}`: {reason}; materials with this image use only their factors"
-                );
+                let message =
+                    format!("image `{name}`: {reason}; materials are shown without this image");
                 warnings.push(Warning::new(WarningCode::Picture, parsed.file, message));
             }
         }
@@ -152,7 +151,7 @@ fn read_image(
     let Image { name, path, .. } = &parsed.scene.images[index];
     let at = format!("images[{index}].path");
     match path.strip_prefix(EMBEDDED) {
-        Some(asset) => match presets::asset(asset) {
+        Some(asset) => match presets::find_asset(asset) {
             Some(bytes) => Ok(Ok(bytes.to_vec())),
             None => Err(parsed.error_at(ErrorKind::Input, &at, unknown_asset_message(asset))),
         },
@@ -160,7 +159,7 @@ fn read_image(
             Ok(bytes) => Ok(Ok(bytes)),
             // A missing texture changes a detail of the picture, but a missing sky picture would
             // change all of it.
-            Err(ReadError::Unreadable(reason)) if !is_sky(parsed, name) => Ok(Err(reason)),
+            Err(ReadError::Unreadable(reason)) if !is_sky_image(parsed, name) => Ok(Err(reason)),
             Err(why) => Err(unreadable_file_error(parsed, &at, &why)),
         },
     }
@@ -177,12 +176,12 @@ fn image_error(parsed: &ParsedScene<'_>, index: usize, fault: &Fault) -> Error {
     parsed.error_at(kind, &format!("images[{index}].path"), message)
 }
 
-fn is_sky(parsed: &ParsedScene<'_>, name: &str) -> bool {
+fn is_sky_image(parsed: &ParsedScene<'_>, name: &str) -> bool {
     matches!(&parsed.scene.sky, Some(Sky::Map(SkyMap { image, .. })) if image == name)
 }
 
 fn unknown_asset_message(name: &str) -> String {
-    match closest_word(name, presets::asset_names()) {
+    match most_similar_word(name, presets::asset_names()) {
         Some(word) => {
             format!("the program has no built-in image `{name}`; did you mean `{EMBEDDED}{word}`?")
         }

@@ -144,7 +144,7 @@ fn check_format_version(root: &ValueNode) -> Result<(), Vec<Diagnostic>> {
         TextValue::Integer(format) if format == i64::from(FORMAT) => Ok(()),
         _ => Err(vec![Diagnostic {
             message: format!(
-                "this scene has another format than {FORMAT}, the only format that this program reads"
+                "the key `format` must be {FORMAT}, the only scene format that this program reads"
             ),
             span: Some(entry.node.span.clone()),
             label: String::new(),

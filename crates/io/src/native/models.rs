@@ -9,8 +9,8 @@ use raywright_core::affine_from_steps;
 use raywright_core::scene::{
     Light, MaterialFields, MaterialModel, MeshSource, ModelFile, Object, Scene, Shape,
 };
-use raywright_core::suggest::closest_word;
-use raywright_core::validate::FARTHEST;
+use raywright_core::suggest::most_similar_word;
+use raywright_core::validate::MAX_COORDINATE;
 
 use super::ParsedScene;
 use super::positions::ModelEntries;
@@ -86,7 +86,7 @@ pub(super) fn add_models(
             model.variant.clone(),
             model.time.map(f64::to_bits),
         );
-        let before = lengths(&parsed.scene);
+        let before = scene_list_lengths(&parsed.scene);
         let part = match parts.get(&key) {
             Some(known) => Rc::clone(known),
             None => {
@@ -103,7 +103,7 @@ pub(super) fn add_models(
             }
         };
         place_model(parsed, &part, model, i)?;
-        let entries = before.into_iter().zip(lengths(&parsed.scene));
+        let entries = before.into_iter().zip(scene_list_lengths(&parsed.scene));
         parsed
             .model_entries
             .extend(entries.map(|((list, start), (_, end))| ModelEntries {
@@ -116,7 +116,7 @@ pub(super) fn add_models(
 }
 
 /// The lists that models add to, with their lengths.
-fn lengths(scene: &Scene) -> [(&'static str, usize); 6] {
+fn scene_list_lengths(scene: &Scene) -> [(&'static str, usize); 6] {
     [
         ("images", scene.images.len()),
         ("textures", scene.textures.len()),
@@ -170,7 +170,7 @@ fn load_model_file(
         parsed.error_at(
             ErrorKind::Input,
             &at("file"),
-            format!("models are read from {MODELS} files"),
+            format!("models can only be read from {MODELS} files; convert this file"),
         )
     })?;
     let asks = [
@@ -344,7 +344,7 @@ fn place_model(
             .take(20)
             .map(|name| format!("`{}`", sanitise_text(name)))
             .collect();
-        let meant = closest_word(name, part.materials.keys().map(String::as_str));
+        let meant = most_similar_word(name, part.materials.keys().map(String::as_str));
         let meant = meant
             .map(|name| format!("; did you mean `{}`?", sanitise_text(name)))
             .unwrap_or_default();
@@ -367,10 +367,10 @@ fn place_model(
         let whole = affine_from_steps(&object.transform);
         if !(whole.is_finite()
             && whole.inverse().is_finite()
-            && whole.translation.abs().max_element() <= FARTHEST)
+            && whole.translation.abs().max_element() <= MAX_COORDINATE)
         {
             let message = format!(
-                "the transform moves `{}` beyond the range of coordinates",
+                "the transform of `{}` has no inverse, or moves the object beyond ±1e15, the largest coordinate",
                 sanitise_text(&object.name)
             );
             return Err(parsed.error_at(ErrorKind::Input, &at("transform"), message));

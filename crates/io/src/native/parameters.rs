@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use raywright_core::expr;
-use raywright_core::suggest::closest_word;
+use raywright_core::suggest::most_similar_word;
 
 use super::node::{TableEntry, TextValue, ValueNode};
 use crate::diagnostic::Diagnostic;
@@ -89,7 +89,7 @@ fn check_overrides(root: &ValueNode, overrides: &ParameterOverrides) -> Result<(
         .iter()
         .find(|(name, _)| !names.contains(name.as_str()))
     {
-        let hint = match closest_word(name, known.iter().copied()) {
+        let hint = match most_similar_word(name, known.iter().copied()) {
             Some(word) => format!("did you mean `{word}`?"),
             None if name == "t" => "the time `t` is set with --at".to_owned(),
             None if known.is_empty() => "this scene has no parameters".to_owned(),
@@ -139,7 +139,7 @@ fn evaluate_number(
 }
 
 fn check_parameter_name(entry: &TableEntry) -> Option<Diagnostic> {
-    let reason = expr::parameter_name_problem(&entry.key)?;
+    let reason = expr::find_parameter_name_problem(&entry.key)?;
     let message = format!("`{}` cannot be the name of a parameter", entry.key);
     Some(Diagnostic {
         message,

@@ -43,12 +43,12 @@ pub(super) fn image_statements(source: &tobj::Material) -> impl Iterator<Item = 
     known.chain(
         ["map_Ke", "map_Pr", "map_Pm", "norm"]
             .into_iter()
-            .filter_map(|key| extra_parameter(source, key)),
+            .filter_map(|key| find_parameter_unknown_to_tobj(source, key)),
     )
 }
 
 /// Returns the text after a keyword that the parser `tobj` stores as unknown.
-fn extra_parameter<'s>(source: &'s tobj::Material, key: &str) -> Option<&'s str> {
+fn find_parameter_unknown_to_tobj<'s>(source: &'s tobj::Material, key: &str) -> Option<&'s str> {
     source.unknown_param.get(key).map(String::as_str)
 }
 
@@ -60,7 +60,7 @@ pub(super) fn convert_material(
     scene: &mut Scene,
     warnings: &mut Warnings,
 ) -> Physical {
-    let unknown = |key: &str| extra_parameter(source, key);
+    let unknown = |key: &str| find_parameter_unknown_to_tobj(source, key);
     let mut texture =
         |statement: Option<&str>, space| textures.texture_ref(statement?, space, scene);
     let mut out = convert_surface(source);

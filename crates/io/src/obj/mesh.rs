@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
-use raywright_core::scene::{MeshData, VertexPositions, choose_origin};
+use raywright_core::scene::{MeshData, VertexPositions, choose_storage_origin};
 
 use super::survey::{FaceGroup, NormalSource};
 use crate::import::{Fault, ImportResult};
@@ -40,7 +40,7 @@ pub(super) fn build_meshes(
     let coordinates = models
         .iter()
         .flat_map(|(_, mesh)| mesh.positions.as_chunks::<3>().0);
-    let origin = choose_origin(coordinates.map(|&p| p.into()));
+    let origin = choose_storage_origin(coordinates.map(|&p| p.into()));
     let normals = sum_smooth_normals(&models, origin);
     // Some programs write colours from 0 to 255.
     let bytes = models
@@ -161,7 +161,9 @@ fn append_vertices(
     let before = out.positions.len();
     let count = mesh.positions.len() / 3;
     if u32::try_from(before + count).is_err() {
-        return Err(Fault::over_limit("has more than 4294967295 vertices"));
+        return Err(Fault::over_limit(
+            "has more than 4294967295 vertices; divide the file",
+        ));
     }
     let vertices = || (0..count as u32).map(|vertex| vertex_position(mesh, origin, vertex));
     out.positions.extend_offsets(vertices());

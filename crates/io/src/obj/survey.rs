@@ -126,7 +126,7 @@ pub(super) fn check_and_rewrite_obj(
                 format!("{faces} faces refer")
             };
             Some(format!(
-                "{first}; {whose} to {label} that the file does not have; these faces are shown without them"
+                "{first}; {whose} to {label} that the file does not have; these faces are shown without {label}"
             ))
         });
     let lost: Vec<String> = lost.collect();

@@ -187,8 +187,7 @@ impl<'f> TextureLoader<'f> {
         warnings: &mut Warnings,
     ) -> ImportResult<()> {
         let mut waiting = ImageDecodeQueue::default();
-        let warn =
-            |reason: String| format!("texture: {reason}; only the material's factor is used");
+        let warn = |reason: String| format!("texture: {reason}; the texture is left out");
         for path in statements.map(|statement| TextureStatement::parse(statement).path) {
             if !self.requested_paths.insert(path.clone()) {
                 continue;

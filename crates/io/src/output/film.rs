@@ -152,13 +152,13 @@ fn decode_film(from: &mut FilmReader<impl Read>, limits: &Limits) -> Result<Stor
     let version = u32::from_le_bytes(from.read_array()?);
     if version != VERSION {
         return Err(FilmFault::Content(format!(
-            "the film file has version {version}, but this program reads only version {VERSION}"
+            "the film file has version {version}, but this program reads only version {VERSION}; use the program that wrote the file, or render again"
         )));
     }
     let length = u64::from_le_bytes(from.read_array()?);
     if length > MOST_HEADER {
         return Err(content(
-            "the header of the film file is longer than any valid header: the file is damaged",
+            "the header of the film file is longer than any valid header: the file is damaged; copy it again, or render again",
         ));
     }
     // The buffer grows with the bytes that exist: a false length allocates no memory.

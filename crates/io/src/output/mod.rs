@@ -56,7 +56,7 @@ pub enum PictureFormat {
 }
 
 /// Default quality of a JPEG, on a scale from 1 to 100.
-pub const QUALITY: u8 = 90;
+pub const DEFAULT_JPEG_QUALITY: u8 = 90;
 
 impl PictureFormat {
     /// Selects the format of a path.
@@ -69,7 +69,9 @@ impl PictureFormat {
             .map(|e| e.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
             Some("png") => Ok(Self::Png),
-            Some("jpg" | "jpeg") => Ok(Self::Jpeg { quality: QUALITY }),
+            Some("jpg" | "jpeg") => Ok(Self::Jpeg {
+                quality: DEFAULT_JPEG_QUALITY,
+            }),
             Some("webp") => Ok(Self::WebP),
             Some("exr") => Ok(Self::Exr),
             Some(other) => Err(Error::invalid_usage(format!(

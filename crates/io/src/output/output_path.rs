@@ -42,7 +42,7 @@ impl OutputPath {
         }
         let end = resolve_links(path).map_err(fail)?;
         let folder = folder_of(&end);
-        check_folder(&folder).map_err(|cause| match cause.kind() {
+        require_folder(&folder).map_err(|cause| match cause.kind() {
             io::ErrorKind::NotFound => fail(cause).with_hint(format!(
                 "create the folder first: mkdir -p {}",
                 folder.display()
@@ -90,10 +90,12 @@ impl OutputPath {
 
     /// Whether two paths lead to the same file.
     pub fn is_same_file(&self, other: &Self) -> bool {
-        self.is_path(&other.path)
-            || self
-                .open_existing()
-                .is_some_and(|file| other.open_existing().is_some_and(|there| file == there))
+        self.matches_path(&other.path)
+            || self.open_existing_file().is_some_and(|file| {
+                other
+                    .open_existing_file()
+                    .is_some_and(|there| file == there)
+            })
     }
 
     /// Returns the path as a key for comparison: in lower case if the file system ignores letter
@@ -107,7 +109,7 @@ impl OutputPath {
     }
 
     /// Whether an absolute path without links denotes the same file name as this path.
-    pub(crate) fn is_path(&self, path: &Path) -> bool {
+    pub(crate) fn matches_path(&self, path: &Path) -> bool {
         self.path == path
             || (self.ignores_case
                 && self.lookup_key() == Path::new(&path.to_string_lossy().to_lowercase()))
@@ -120,9 +122,9 @@ impl OutputPath {
 
     /// Whether the path of any entry of `paths` denotes the same file name as this path. The
     /// entries are absolute paths without links.
-    pub(crate) fn is_one_of(&self, paths: &BTreeSet<PathBuf>) -> bool {
+    pub(crate) fn matches_any_path(&self, paths: &BTreeSet<PathBuf>) -> bool {
         if self.ignores_case {
-            paths.iter().any(|path| self.is_path(path))
+            paths.iter().any(|path| self.matches_path(path))
         } else {
             paths.contains(&self.path)
         }
@@ -130,7 +132,7 @@ impl OutputPath {
 
     /// Opens the regular file that exists at the path. Returns `None` for a missing file, and for a
     /// pipe or a device, because opening a pipe blocks.
-    pub(crate) fn open_existing(&self) -> Option<Handle> {
+    pub(crate) fn open_existing_file(&self) -> Option<Handle> {
         if self.path.is_file() {
             Handle::from_path(&self.path).ok()
         } else {
@@ -139,7 +141,7 @@ impl OutputPath {
     }
 }
 
-fn check_folder(folder: &Path) -> io::Result<()> {
+fn require_folder(folder: &Path) -> io::Result<()> {
     if fs::metadata(folder)?.is_dir() {
         Ok(())
     } else {
@@ -289,8 +291,8 @@ mod tests {
             ignores_case,
         };
         for (path, same) in [("/pictures/A.PNG", true), ("/Pictures/b.png", false)] {
-            assert_eq!(place(true).is_path(Path::new(path)), same, "{path}");
-            assert!(!place(false).is_path(Path::new(path)), "{path}");
+            assert_eq!(place(true).matches_path(Path::new(path)), same, "{path}");
+            assert!(!place(false).matches_path(Path::new(path)), "{path}");
         }
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("probe"), "").unwrap();

@@ -31,10 +31,10 @@ pub fn is_own_picture(path: &Path) -> bool {
             .map(|stored_picture| stored_picture.texts),
         _ => None,
     };
-    texts.is_some_and(|texts| are_program_texts(&texts))
+    texts.is_some_and(|texts| are_texts_of_this_program(&texts))
 }
 
-fn are_program_texts(texts: &BTreeMap<String, String>) -> bool {
+fn are_texts_of_this_program(texts: &BTreeMap<String, String>) -> bool {
     let software = texts
         .iter()
         .find(|(name, _)| name.eq_ignore_ascii_case("software"))

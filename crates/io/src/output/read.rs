@@ -71,7 +71,7 @@ pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error
         Error::over_limit(
             path.display(),
             format!(
-                "the file is larger than the limit of {}",
+                "the file is larger than the limit of {}; use a smaller picture",
                 format_bytes(limits.file_bytes)
             ),
         )

@@ -246,7 +246,9 @@ impl PlyFaces {
         budget: &mut DecodeBudget,
     ) -> ImportResult<MeshData> {
         if u32::try_from(self.corners.len()).is_err() {
-            return Err(Fault::over_limit("has more than 4294967295 corners"));
+            return Err(Fault::over_limit(
+                "has more than 4294967295 corners of faces; divide the file",
+            ));
         }
         budget.reserve_memory(
             self.corners.len(),
@@ -301,8 +303,11 @@ impl PlyFaces {
 
 /// Converts the vertex index of a corner. A negative index, and an index beyond 32 bits, is refused.
 fn vertex_index(corner: i64) -> ImportResult<u32> {
-    u32::try_from(corner)
-        .map_err(|_| Fault::invalid_input(format!("the vertex index {corner} is out of range")))
+    u32::try_from(corner).map_err(|_| {
+        Fault::invalid_input(format!(
+            "the vertex index {corner} is negative or above 4294967295"
+        ))
+    })
 }
 
 /// Returns a mesh of these triangles with the vertices of the file.

@@ -56,7 +56,7 @@ impl NumberType {
 
     /// Returns the integer that stands for the value 1 if this number type stores fractions: 255 or
     /// 65535; `None` for number types that store the value itself.
-    pub fn code_of_one(self) -> Option<f32> {
+    pub fn unorm_max(self) -> Option<f32> {
         match self {
             Self::U8 => Some(255.0),
             Self::U16 => Some(65535.0),

@@ -71,7 +71,7 @@ fn import(
     let mut values = ValueStream::after_header(&header, bytes);
     let (mut vertices, mut faces) = (PlyVertices::default(), PlyFaces::default());
     for element in &header.elements {
-        values.check_count(element)?;
+        values.check_item_count(element)?;
         match element.name.as_str() {
             "vertex" => vertices.read(element, &mut values, &mut budget)?,
             "face" | "tristrips" => faces.read(element, &mut values, &mut budget)?,

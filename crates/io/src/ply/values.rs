@@ -51,7 +51,7 @@ impl<'b> ValueStream<'b> {
     /// # Errors
     ///
     /// A fault of kind input if the element has too many items.
-    pub fn check_count(&self, element: &PlyElement) -> ImportResult<()> {
+    pub fn check_item_count(&self, element: &PlyElement) -> ImportResult<()> {
         let least = |number: NumberType| {
             if self.encoding == PlyEncoding::Ascii {
                 2
@@ -131,7 +131,7 @@ impl<'b> ValueStream<'b> {
             || count * minimum as f64 > self.rest.len() as f64 + 1.0
         {
             return Err(Fault::invalid_input(format!(
-                "{}: the list length {count} is not a whole number from 0 to what the remaining data can hold",
+                "{}: the list length {count} is negative, not a whole number, or more than the remaining data can hold",
                 sanitise_text(name)
             )));
         }

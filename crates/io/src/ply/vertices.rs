@@ -52,7 +52,7 @@ impl VertexColours {
     pub fn from_number_type(number: NumberType) -> Self {
         Self {
             stored_colours: Vec::new(),
-            scale: number.code_of_one().map(|whole| 1.0 / whole),
+            scale: number.unorm_max().map(|whole| 1.0 / whole),
         }
     }
 
@@ -123,7 +123,9 @@ impl PlyVertices {
             return Err(Fault::invalid_input("its vertices have no x, y and z"));
         }
         if u32::try_from(element.count).is_err() {
-            return Err(Fault::over_limit("has more than 4294967295 vertices"));
+            return Err(Fault::over_limit(
+                "has more than 4294967295 vertices; divide the file",
+            ));
         }
         let [normals, colours, uvs] = [has(NORMAL, 3), has(COLOUR, 3), has(UV, 2)];
         // Bytes per vertex: positions first as doubles, then in single precision relative to an

@@ -92,7 +92,7 @@ fn describe_effect_costs(costs: &EffectCosts) -> String {
         format!("; not measured for lack of time: {}", costs.late.join(", "))
     };
     format!(
-        "Rendered with and without each effect that can be switched off, in turns and with the same random numbers, at \
+        "The scene was rendered with and without each effect that can be switched off, in turns and with the same random numbers, at \
          {width}×{height}: the differences are the cost of the effect{late}."
     )
 }

@@ -10,7 +10,7 @@ use base64::engine::general_purpose::STANDARD;
 use raywright_core::accuracy::{AccuracyReport, LadderReport, MeasuredSetting, RungReport};
 use raywright_core::display::Display;
 use raywright_core::effects::EffectReport;
-use raywright_core::metrics::{heat_map, max_channel_differences, statistics};
+use raywright_core::metrics::{heat_map, max_channel_differences, mean_and_quantiles};
 use raywright_core::picture::Picture;
 
 use super::plot::{Plot, PlotAxis, PlotLine, PlotPoint, ThemeColour, escape_xml};
@@ -81,7 +81,7 @@ pub fn plot_accuracy(
 fn frontier_line(report: &AccuracyReport, flags: &[String]) -> PlotLine {
     let named = (1..).zip(&report.frontier).zip(flags);
     PlotLine {
-        name: "worth their time, together".to_owned(),
+        name: "settings worth their time".to_owned(),
         points: named
             .map(|((i, candidate), flags)| {
                 named_point(&candidate.measured, flags.clone(), format!("({i})"))
@@ -112,7 +112,7 @@ fn rung_lines(report: &AccuracyReport) -> impl Iterator<Item = PlotLine> {
         .iter()
         .map(|candidate| &candidate.measured)
         .chain([&report.own])
-        .map(plot_position)
+        .map(to_plot_point)
         .collect();
     let is_drawn = |point: &PlotPoint| {
         drawn
@@ -169,13 +169,13 @@ fn named_point(measured: &MeasuredSetting, label: String, name: String) -> PlotP
     PlotPoint {
         label: Some(label),
         name,
-        ..plot_position(measured)
+        ..to_plot_point(measured)
     }
 }
 
 /// Returns the position of a measured setting in the plot: time in seconds, and error. An error
 /// that is indistinguishable from zero is drawn at the upper end of its confidence interval.
-fn plot_position(measured: &MeasuredSetting) -> PlotPoint {
+fn to_plot_point(measured: &MeasuredSetting) -> PlotPoint {
     let root = |value: f64| value.max(1e-12).sqrt();
     let error = &measured.errors.relmse;
     let is_bound = error.includes_zero();
@@ -352,7 +352,7 @@ impl AccuracyPage<'_> {
         let error = own
             .and_then(|own| max_channel_differences(&own.picture, reference).ok())
             .unwrap_or_default();
-        (statistics(&error).percentile_99 as f32).max(1e-6)
+        (mean_and_quantiles(&error).percentile_99 as f32).max(1e-6)
     }
 
     fn png_data_uri(&self, picture: &Picture, display: Display) -> String {

@@ -130,7 +130,7 @@ impl Plot {
         self.draw_grid(&mut svg, &frame);
         self.draw_marks(&mut svg, &frame);
         for line in &self.lines {
-            line.draw(&mut svg, &frame);
+            line.draw_line(&mut svg, &frame);
         }
         self.draw_point_names(&mut svg, &frame);
         self.draw_legend(&mut svg);

@@ -83,8 +83,8 @@ impl AccuracyPage<'_> {
         let [time, ratio, error, rmse, bias, light, flip, alone] = SETTING_HEADINGS;
         let names = ["rung", time, ratio, error, rmse, bias, light, flip, alone];
         format!(
-            "<h2>Rungs, changed one at a time</h2>\n<p class=\"soft\">Times are CPU times, summed over all threads, at the scene's \
-             own picture size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. Alone: root mean square difference from the most exact rung of the same ladder, rendered with \
+            "<h2>Rungs, changed one at a time</h2>\n<p class=\"soft\">A rung is a quality level of a setting; the setting is a ladder. Times are CPU times, summed over all threads, at the scene's \
+             own picture size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01) for the picture I and the reference R. Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. Alone: root mean square difference from the most exact rung of the same ladder, rendered with \
              the same random numbers. &lt;: indistinguishable from the noise of the reference.</p>\n\
              {}{}",
             Table::new([ColumnAlignment::Right; 9], names, self.rung_rows())

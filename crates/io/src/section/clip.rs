@@ -174,10 +174,10 @@ impl<'a> MeshCutter<'a> {
                 [heights[i], heights[(i + 1) % 3]],
             );
             if a <= 0.0 {
-                corners.push(self.keep_vertex(from));
+                corners.push(self.copy_kept_vertex(from));
             }
             if a * b < 0.0 {
-                corners.push(self.cut_edge(from, to));
+                corners.push(self.cut_edge_at_plane(from, to));
             }
         }
         if corners.len() < 3 {
@@ -203,7 +203,7 @@ impl<'a> MeshCutter<'a> {
     }
 
     /// Returns the index of the new vertex for a kept old vertex, which is copied on first use.
-    fn keep_vertex(&mut self, vertex: u32) -> u32 {
+    fn copy_kept_vertex(&mut self, vertex: u32) -> u32 {
         if let Some(&known) = self.kept_vertices.get(&vertex) {
             return known;
         }
@@ -220,7 +220,7 @@ impl<'a> MeshCutter<'a> {
     /// Returns the index of the new vertex where an edge crosses the plane. Both directions of an
     /// edge have the same new vertex. All edges between the same two points cross the plane at the
     /// same point.
-    fn cut_edge(&mut self, from: u32, to: u32) -> u32 {
+    fn cut_edge_at_plane(&mut self, from: u32, to: u32) -> u32 {
         // The ends are sorted, so that both directions of an edge give the point the same bits.
         let [a, b] = if self.vertex_points[from as usize] < self.vertex_points[to as usize] {
             [from, to]
@@ -294,7 +294,7 @@ impl<'a> MeshCutter<'a> {
         }
         // The order of entries in a hash table differs between runs.
         edges.sort_unstable();
-        let closed = closed_component_test(edges.iter().map(|(points, _)| *points));
+        let closed = build_closed_component_test(edges.iter().map(|(points, _)| *points));
         let all = edges.len();
         let axes = [1, 2].map(|k| (self.section.axis + k) % 3);
         let flat = |vertex: u32| {
@@ -313,7 +313,9 @@ impl<'a> MeshCutter<'a> {
 
 /// Returns a function that tests whether the connected component of a point is closed: each point
 /// of the component has as many incoming as outgoing edges.
-fn closed_component_test(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -> bool {
+fn build_closed_component_test(
+    edges: impl Iterator<Item = [u32; 2]> + Clone,
+) -> impl Fn(u32) -> bool {
     let mut parents: HashMap<u32, u32> = HashMap::new();
     fn find_root(parents: &mut HashMap<u32, u32>, point: u32) -> u32 {
         let mut root = point;

@@ -151,7 +151,9 @@ impl StlAsciiReader {
             self.triangles.clear();
             self.clipper.triangulate(&points, &mut self.triangles)?;
             if u32::try_from(before + points.len()).is_err() {
-                return Err(Fault::over_limit("has more than 4294967295 corners"));
+                return Err(Fault::over_limit(
+                    "has more than 4294967295 corners of facets; divide the file",
+                ));
             }
             self.mesh.indices.extend(
                 self.triangles

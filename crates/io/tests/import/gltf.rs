@@ -552,11 +552,11 @@ fn what_is_ignored_is_named() {
 #[test]
 fn extensions_of_materials_are_left_out_by_name() {
     use raywright_core::Settings;
-    use raywright_core::effects::{Effect, EffectStatus, detect};
+    use raywright_core::effects::{Effect, EffectStatus, assess_effects};
     let Some(folder) = assets("gltf") else { return };
     let told = |file: &str| {
         let scene = load(&folder.join(file)).scene;
-        let report = detect(&scene, &Settings::from_scene(&scene));
+        let report = assess_effects(&scene, &Settings::from_scene(&scene));
         let finding = report.effects[Effect::MaterialExtensions as usize].clone();
         (finding.status == EffectStatus::LeftOut).then_some(finding.because)
     };
@@ -585,7 +585,7 @@ fn extensions_of_materials_are_left_out_by_name() {
     .unwrap();
     std::fs::write(own.path().join("wax.gltf"), text).unwrap();
     let scene = load(&own.path().join("wax.gltf")).scene;
-    let left = detect(&scene, &Settings::from_scene(&scene)).effects
+    let left = assess_effects(&scene, &Settings::from_scene(&scene)).effects
         [Effect::MaterialExtensions as usize]
         .because
         .clone();

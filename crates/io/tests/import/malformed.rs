@@ -94,7 +94,7 @@ fn messages_name_the_cause() {
         ("uris/percent_not_utf8.gltf", "UTF-8"),
         (
             "uris/traversal_etc_passwd.gltf",
-            "lies outside the scene's folder",
+            "lies outside the scene's folder, and only files in that folder are read",
         ),
     ] {
         let message = verdict(&folder.join(file)).expect_err(file);

@@ -421,7 +421,7 @@ fn errors_name_place_and_cause() {
         ),
         (
             body(PLACES, "99 0 1 2"),
-            "line 13: face 0: vertex_indices: the list length 99 is not a whole number from 0 to what the remaining data can hold",
+            "line 13: face 0: vertex_indices: the list length 99 is negative, not a whole number, or more than the remaining data can hold",
         ),
     ];
     for (text, words) in cases {

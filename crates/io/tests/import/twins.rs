@@ -360,7 +360,10 @@ fn files_in_memory_are_files() {
     );
 
     for (library, words) in [
-        ("../m.mtl", "lies outside the scene's folder"),
+        (
+            "../m.mtl",
+            "lies outside the scene's folder, and only files in that folder are read",
+        ),
         ("/m.mtl", "lies outside"),
         ("http://x/m.mtl", "is a URL"),
     ] {

@@ -5,7 +5,9 @@ use glam::{DVec3, Vec3};
 
 use super::bundle::RayBundle;
 use super::{GROUPS, MAX_RAYS, PacketState, PacketVisitor, max_far_distance};
-use crate::bvh8::filter::{ErrorBounds, cross, dot, filter_lanes, load_corner, splat_vector, sub3};
+use crate::bvh8::filter::{
+    ErrorBounds, cross, dot, filter_triangle_lanes, load_corner, splat_vector, sub3,
+};
 use crate::bvh8::triangle8::Triangle8;
 use crate::bvh8::{Bvh8, MaskLanes, WIDTH};
 use crate::math::simd::{Simd, dot_f64, splat3_f64};
@@ -13,7 +15,7 @@ use crate::shapes::{EDGE_ON_RATIO, PreparedRay, Triangle};
 
 /// Values of eight prepared rays for the exact test, in structure-of-arrays layout.
 #[derive(Default)]
-pub(super) struct Rays8 {
+pub(super) struct PreparedRays8 {
     across: [[[f64; WIDTH]; 3]; 2],
     direction: [[f64; WIDTH]; 3],
     inverse_length_squared: [f64; WIDTH],
@@ -21,8 +23,8 @@ pub(super) struct Rays8 {
 
 /// Prepares the rays of a packet for the exact test, at the first triangle that needs it.
 #[inline(never)]
-fn prepare_rays(packet_state: &PacketState) -> [Rays8; GROUPS] {
-    let mut rays = <[Rays8; GROUPS]>::default();
+fn prepare_rays(packet_state: &PacketState) -> [PreparedRays8; GROUPS] {
+    let mut rays = <[PreparedRays8; GROUPS]>::default();
     for ray in 0..MAX_RAYS {
         let prepared_ray = PreparedRay::new(packet_state.ray(ray));
         let (to, lane) = (&mut rays[ray / WIDTH], ray % WIDTH);
@@ -63,7 +65,7 @@ fn intersect_eight_rays<S: Simd>(
     s: S,
     origin: DVec3,
     corners: &[Vec3; 3],
-    rays: &Rays8,
+    rays: &PreparedRays8,
 ) -> TriangleHits8<S> {
     let zero = s.splat_f64(0.0);
     let [across, beside] = [load3_f64(s, &rays.across[0]), load3_f64(s, &rays.across[1])];
@@ -138,13 +140,13 @@ struct CommonOriginTerms8 {
 
 /// Broadcasts the vector of one lane to all lanes.
 #[inline(always)]
-fn splat_lane<S: Simd>(s: S, v: &[[f32; WIDTH]; 3], lane: usize) -> [S::Floats; 3] {
+fn splat_vector_of_lane<S: Simd>(s: S, v: &[[f32; WIDTH]; 3], lane: usize) -> [S::Floats; 3] {
     splat_vector(s, [v[0][lane], v[1][lane], v[2][lane]])
 }
 
 /// Copies eight vectors, one per lane, from registers to an array for each component.
 #[inline(always)]
-fn to_arrays<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
+fn store_vector_lanes<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
     [s.to_array(v[0]), s.to_array(v[1]), s.to_array(v[2])]
 }
 
@@ -175,9 +177,9 @@ impl CommonOriginTerms8 {
         let below = s.less(s.min(s.min(ug, vg), wg), s.negate(weight));
         let above = s.less(weight, s.max(s.max(ul, vl), wl));
         Self {
-            u: to_arrays(s, u),
-            v: to_arrays(s, v),
-            normal: to_arrays(s, normal),
+            u: store_vector_lanes(s, u),
+            v: store_vector_lanes(s, v),
+            normal: store_vector_lanes(s, normal),
             distance: s.to_array(dot(s, normal, from)),
             errors: [
                 s.to_array(weight),
@@ -199,9 +201,9 @@ impl CommonOriginTerms8 {
         directions: [S::Floats; 3],
         range: [S::Floats; 2],
     ) -> u32 {
-        let u = dot(s, directions, splat_lane(s, &self.u, lane));
-        let v = dot(s, directions, splat_lane(s, &self.v, lane));
-        let along = dot(s, directions, splat_lane(s, &self.normal, lane));
+        let u = dot(s, directions, splat_vector_of_lane(s, &self.u, lane));
+        let v = dot(s, directions, splat_vector_of_lane(s, &self.v, lane));
+        let along = dot(s, directions, splat_vector_of_lane(s, &self.normal, lane));
         let [weight, determinant, before, beyond] = &self.errors;
         let bounds = ErrorBounds {
             weight: s.splat(weight[lane]),
@@ -211,7 +213,7 @@ impl CommonOriginTerms8 {
             before: s.splat(before[lane]),
             beyond: s.splat(beyond[lane]),
         };
-        filter_lanes(
+        filter_triangle_lanes(
             s,
             [u, v, along],
             s.splat(self.distance[lane]),
@@ -231,7 +233,7 @@ pub(super) fn intersect_triangle_block<S: Simd>(
     number: usize,
     bundle: &RayBundle<S>,
     packet_state: &mut PacketState,
-    exact: &mut Option<[Rays8; GROUPS]>,
+    exact: &mut Option<[PreparedRays8; GROUPS]>,
     visitor: &mut dyn PacketVisitor,
 ) {
     let origin_terms = CommonOriginTerms8::new(
@@ -275,7 +277,7 @@ fn intersect_triangle_exactly<S: Simd>(
     bvh: &Bvh8,
     [number, lane, group]: [usize; 3],
     candidate_rays: u32,
-    rays: &Rays8,
+    rays: &PreparedRays8,
     packet_state: &mut PacketState,
     visitor: &dyn PacketVisitor,
 ) {

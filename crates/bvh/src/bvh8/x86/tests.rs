@@ -16,7 +16,7 @@ fn waiting<S: TraversalSimd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32
     let top = s.push_children_sorted(&mut stack, 2, &children, s.load(&entries), mask);
     // SAFETY: every entry below the top was written.
     (0..top)
-        .map(|index| unsafe { stack.eight_entries(index)[0].assume_init() })
+        .map(|index| unsafe { stack.storage_of_node_entries(index)[0].assume_init() })
         .map(|one| (one.child().0, one.entry_distance()))
         .collect()
 }

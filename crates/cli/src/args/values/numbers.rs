@@ -31,7 +31,10 @@ pub fn parse_max_error(text: &str) -> Result<f64, String> {
     )?;
     match (1e-6..=1.0).contains(&value) {
         true => Ok(value),
-        false => Err("expected a root relMSE from 0.000001 to 1, such as 0.05 or 5%".to_owned()),
+        false => Err(
+            "expected a relative error (root relMSE) from 0.000001 to 1, such as 0.05 or 5%"
+                .to_owned(),
+        ),
     }
 }
 

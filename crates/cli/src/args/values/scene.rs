@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use raywright_core::effects::{Effect, SWITCHABLE};
+use raywright_core::effects::{Effect, SWITCHABLE_EFFECTS};
 use raywright_core::scene::Studio;
-use raywright_core::suggest::closest_word;
+use raywright_core::suggest::most_similar_word;
 use raywright_io::{EnvironmentSource, GroundRule, SectionPlane, UpAxis, WarningCode};
 
 use super::numbers::parse_triple;
@@ -124,14 +124,14 @@ pub fn parse_backdrop(text: &str) -> Result<BackdropChoice, String> {
 /// Parses the name of an effect that can be switched off, with hyphens in place of blanks.
 pub fn parse_effect(text: &str) -> Result<Effect, String> {
     if let Some(effect) = Effect::from_name(&text.replace('-', " ")) {
-        return if SWITCHABLE.has(effect) {
+        return if SWITCHABLE_EFFECTS.has(effect) {
             Ok(effect)
         } else {
             Err("this effect is part of the scene itself and cannot be switched off".to_owned())
         };
     }
     let known = list_switchable_effects();
-    Err(match closest_word(text, known.split(", ")) {
+    Err(match most_similar_word(text, known.split(", ")) {
         Some(word) => format!("no effect has this name; did you mean `{word}`?"),
         None => format!("no effect has this name; effects that can be switched off: {known}"),
     })
@@ -140,7 +140,7 @@ pub fn parse_effect(text: &str) -> Result<Effect, String> {
 /// Returns the names of all effects that can be switched off, as on the command line: separated by
 /// commas, with hyphens in place of blanks.
 pub fn list_switchable_effects() -> String {
-    SWITCHABLE
+    SWITCHABLE_EFFECTS
         .iter()
         .map(|effect| effect.name().replace(' ', "-"))
         .collect::<Vec<_>>()
@@ -150,7 +150,7 @@ pub fn list_switchable_effects() -> String {
 /// Parses the code of a warning, such as `nothing-to-see`.
 pub fn parse_warning_code(text: &str) -> Result<WarningCode, String> {
     let names = WarningCode::ALL.map(WarningCode::name);
-    WarningCode::from_name(text).ok_or_else(|| match closest_word(text, names) {
+    WarningCode::from_name(text).ok_or_else(|| match most_similar_word(text, names) {
         Some(name) => format!("no warning has this code; did you mean `{name}`?"),
         None => format!("no warning has this code; the codes: {}", names.join(", ")),
     })

@@ -3,7 +3,7 @@
 //! not apply to a kind of line are empty.
 
 use raywright_core::accuracy::{
-    AccuracyReport, ConfidenceInterval, EffectCost, FrontierSetting, MeasuredSetting,
+    AccuracyReport, ConfidenceInterval, EffectCost, MeasuredSetting, MeasuredSettingWithFlags,
     OutputFormatReport, RungCostReport,
 };
 use raywright_core::bench::SampleQuantiles;
@@ -63,7 +63,7 @@ impl CsvLine {
         let position = COLUMNS
             .iter()
             .position(|&name| name == column)
-            .expect("columns are named here alone");
+            .expect("every column name is an entry of COLUMNS");
         self.0[position] = value.to_string();
         self
     }
@@ -175,7 +175,7 @@ pub fn format_csv(report: &AccuracyReport) -> String {
             .flat_map(|costs| &costs.effects)
             .map(CsvLine::from_effect_cost),
     );
-    let candidate = |kind: &str, each_candidate: &FrontierSetting| {
+    let candidate = |kind: &str, each_candidate: &MeasuredSettingWithFlags| {
         let line = CsvLine::new(kind, "", each_candidate.flags.is_empty())
             .with_column("flags", each_candidate.flags.join(" "));
         line.with_measured_setting(&each_candidate.measured)

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use raywright_core::Settings;
 use raywright_core::accuracy::AccuracyReport;
-use raywright_core::bench::clock::CLOCK;
+use raywright_core::bench::clock::CLOCK_NAME;
 use raywright_core::display::Display;
-use raywright_core::effects::{EffectReport, detect};
+use raywright_core::effects::{EffectReport, assess_effects};
 use raywright_io::report::{AccuracyPage, plot_accuracy};
 use raywright_io::{Error, LoadedScene};
 use serde::Serialize;
@@ -116,10 +116,10 @@ impl<'a> AccuracyDocument<'a> {
     ) -> Self {
         let (processor, clock) = (
             processor_name(),
-            if CLOCK == "thread CPU time" {
+            if CLOCK_NAME == "thread CPU time" {
                 "CPU time of all threads"
             } else {
-                CLOCK
+                CLOCK_NAME
             },
         );
         let command = RenderCommand::new(&loaded.source.name, requested);
@@ -146,7 +146,7 @@ impl<'a> AccuracyDocument<'a> {
                 })
                 .collect(),
             own_command: command.base,
-            effects: detect(&loaded.scene, settings),
+            effects: assess_effects(&loaded.scene, settings),
             display: Display::from_render(&loaded.scene.render),
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION"),
@@ -215,7 +215,7 @@ fn describe_conditions(
     let measured = match (tiles.measured, reference.tiles) {
         (total, _) if total >= tiles.all => "the whole picture".to_owned(),
         (total, _) => format!(
-            "{total} of {} tiles of {edge}x{edge} pixels, fewer for some settings",
+            "{total} of the picture's {} tiles of {edge}x{edge} pixels, and fewer tiles for some settings",
             tiles.all,
             edge = tiles.edge
         ),

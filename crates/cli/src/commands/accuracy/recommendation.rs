@@ -128,7 +128,7 @@ fn recommend_half_error(report: &AccuracyReport, command: &RenderCommand) -> Str
     match (half_the_error, half_needs, suggest_sample_count(report)) {
         (Some(advice), ..) => format!("Half the error: {}.", format_advice(advice, command)),
         (None, Some(seconds), _) => format!(
-            "No setting certainly has half the error: {}.",
+            "The measurements are too uncertain to name a setting with half the error: {}.",
             suggest_budget(*seconds)
         ),
         (None, None, Some(samples)) => {
@@ -151,7 +151,7 @@ fn recommend_same_error(report: &AccuracyReport, command: &RenderCommand) -> Str
     match (same_error, same_needs) {
         (Some(advice), _) => format!("The same error: {}.", format_advice(advice, command)),
         (None, Some(seconds)) => format!(
-            "No setting certainly has the same error in less time: {}.",
+            "The measurements are too uncertain to name a setting with the same error in less time: {}.",
             suggest_budget(*seconds)
         ),
         (None, None) => "No measured setting has the same error in clearly less time.".to_owned(),

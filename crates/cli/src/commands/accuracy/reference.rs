@@ -6,7 +6,7 @@ use std::path::Path;
 
 use raywright_core::accuracy::ReusableReference;
 use raywright_core::display::Display;
-use raywright_core::film::PartError;
+use raywright_core::film::FilmMergeError;
 use raywright_core::ladder::RungChoice;
 use raywright_io::output::{PictureMetadata, StoredFilm, read_film, write_film};
 use raywright_io::{Error, Limits, LoadedScene};
@@ -70,9 +70,9 @@ pub fn write_reference(
 }
 
 /// Creates the failure for a reference file of another scene or of other settings.
-pub fn wrong_reference_failure(path: &Path, error: &PartError) -> Failure {
+pub fn wrong_reference_failure(path: &Path, error: &FilmMergeError) -> Failure {
     let label = match error {
-        PartError::Foreign { label, .. } => {
+        FilmMergeError::Foreign { label, .. } => {
             format!("the reference belongs to another measurement: the {label} differs")
         }
         other => other.to_string(),

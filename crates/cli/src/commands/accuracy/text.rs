@@ -6,7 +6,8 @@ mod frontier;
 mod outputs;
 
 use raywright_core::accuracy::{
-    AccuracyReport, ConfidenceInterval, FrontierSetting, LadderReport, MeasuredSetting, RungReport,
+    AccuracyReport, ConfidenceInterval, LadderReport, MeasuredSetting, MeasuredSettingWithFlags,
+    RungReport,
 };
 use raywright_io::report::{format_light_change, format_uncertain};
 
@@ -59,7 +60,7 @@ pub fn format_report(document: &AccuracyDocument<'_>) -> String {
         .map(format_effect_costs)
         .unwrap_or_default();
     text += &format_name_list(
-        "not measured, because this scene does not need it",
+        "not measured, because without effect on this scene",
         report.not_called_for.iter().copied(),
     );
     text
@@ -91,7 +92,7 @@ fn format_rung_table(report: &AccuracyReport) -> String {
     rows.extend(others.iter().flat_map(|ladder| format_ladder_rows(ladder)));
     let notes = [
         "* in use",
-        "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01); bias: the part of the error that more samples do not reduce; light: change of total light",
+        "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01) for the picture I and the reference R; bias: the part of the error that more samples do not reduce; light: change of total light",
         "alone: root mean square difference from the ladder's most exact rung, with the same random numbers",
         "<: too small to be distinguished from the reference's noise; the number is the upper end of the interval",
         "-o FILE.csv writes RMSE and the ends of all intervals",
@@ -121,7 +122,7 @@ fn format_rung_table(report: &AccuracyReport) -> String {
 
 /// Formats a table of settings, each of which changes several rungs (quality levels) of the scene's
 /// own setting. Their flags are in the last column, because they may be long.
-fn format_rung_combinations(all: &[FrontierSetting]) -> String {
+fn format_rung_combinations(all: &[MeasuredSettingWithFlags]) -> String {
     if all.is_empty() {
         return String::new();
     }
@@ -129,7 +130,7 @@ fn format_rung_combinations(all: &[FrontierSetting]) -> String {
         "time", "x in use", "error", "bias", "light", "FLIP", "together",
     ]
     .map(str::to_owned);
-    let figures = |candidate: &FrontierSetting| {
+    let figures = |candidate: &MeasuredSettingWithFlags| {
         let [_, time, ratio, error, bias, light, flip, _] =
             format_setting_row(String::new(), &candidate.measured, None);
         [

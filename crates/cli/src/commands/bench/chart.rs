@@ -29,7 +29,8 @@ pub fn draw_bench_plot(series: &[GeneratedSceneTimings], report: &BenchReport) -
         subtitle: "scan: every primitive tested · tree: a hierarchy of boxes".to_owned(),
         circumstances: format!("one thread, {}{machine}", report.clock),
         x: PlotAxis {
-            label: "N, number of primitives at constant fill".to_owned(),
+            label: "N, number of primitives, which fill the same share of space for every N"
+                .to_owned(),
             tick: Some(format_count_tick),
         },
         y: PlotAxis {

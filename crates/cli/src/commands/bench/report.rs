@@ -3,9 +3,11 @@
 
 use std::thread::available_parallelism;
 
-use raywright_core::bench::clock::CLOCK;
-use raywright_core::bench::{BenchOptions, FILL, GeneratedSceneTimings, SceneComparison};
-use raywright_core::ladder::build_quality_rung;
+use raywright_core::bench::clock::CLOCK_NAME;
+use raywright_core::bench::{
+    BenchOptions, GeneratedSceneTimings, SceneComparison, TOTAL_SPHERE_VOLUME,
+};
+use raywright_core::ladder::rung_name_of_build_quality;
 use serde::Serialize;
 
 use crate::machine::processor_name;
@@ -69,9 +71,9 @@ impl BenchReport {
             processor: processor_name(),
             processors: available_parallelism().map_or(1, usize::from),
             threads: THREADS,
-            clock: CLOCK,
+            clock: CLOCK_NAME,
             precision: "robust",
-            builder: build_quality_rung(options.build),
+            builder: rung_name_of_build_quality(options.build),
             repeats: options.repeats,
             sample_seconds: options.sample_seconds,
             measured,
@@ -85,7 +87,7 @@ impl BenchReport {
             BenchMeasurements::Generated(_) => {
                 format!(
                     "Random rays through N primitives that together fill {} % of a unit cube for every N (size ∝ N^(−1/3)).",
-                    FILL * 100.0
+                    TOTAL_SPHERE_VOLUME * 100.0
                 )
             }
             BenchMeasurements::Given { scene, .. } => {

@@ -32,8 +32,8 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
         check_diff_target(path, args)?;
     }
     let pair = [
-        noise::read_with_errors(&args.picture)?,
-        noise::read_with_errors(&args.reference)?,
+        noise::read_with_standard_errors(&args.picture)?,
+        noise::read_with_standard_errors(&args.reference)?,
     ];
     let judgement = ComparisonResult::new(args, &pair)?;
     if let Some(path) = &args.diff {

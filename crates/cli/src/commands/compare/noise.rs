@@ -29,7 +29,7 @@ const FILM_EXTENSION: &str = "film";
 
 /// Reads a picture file or the picture of a film file. The standard errors come from the film or
 /// from the layer `stderr`.
-pub fn read_with_errors(path: &Path) -> Result<ComparisonPicture, Failure> {
+pub fn read_with_standard_errors(path: &Path) -> Result<ComparisonPicture, Failure> {
     let limits = Limits::default();
     if path
         .extension()
@@ -123,8 +123,8 @@ fn read_recorded_display(metadata: &PictureMetadata) -> Option<Display> {
 
 impl ComparisonPicture {
     /// Reads a picture or film file.
-    pub fn read_with_errors(path: &Path) -> Result<Self, Failure> {
-        read_with_errors(path)
+    pub fn read_with_standard_errors(path: &Path) -> Result<Self, Failure> {
+        read_with_standard_errors(path)
     }
 
     /// Wraps a linear picture in memory, with the metadata that its file would have.
@@ -214,7 +214,7 @@ pub fn describe_noise_test(verdict: &NoiseTestResult) -> String {
     let found = if *beyond == 0 {
         "no difference beyond the noise".to_owned()
     } else {
-        format!("{beyond} of {blocks} blocks differ by more than the noise")
+        format!("{beyond} of {blocks} blocks of pixels differ by more than the noise")
     };
     let clearest = clearest.as_ref().filter(|_| *beyond > 0).map(|block| {
         let channel = ["red", "green", "blue"][block.channel.min(2)];
@@ -228,21 +228,21 @@ pub fn describe_noise_test(verdict: &NoiseTestResult) -> String {
                 format_significant_digits(block.deviation.abs(), 2)
             )
         } else {
-            "although the block has no noise".to_owned()
+            "although neither picture has noise in this block".to_owned()
         };
         let (x, y, edge) = (block.x, block.y, block.edge);
         format!(
-            "; the clearest block, at {x}, {y} and {edge} pixels wide, differs in {channel} by {}{share}, {deviation}",
+            "; the clearest difference is in the block at {x}, {y}, {edge} pixels wide: {channel} differs by {}{share}, {deviation}",
             format_four_digits(block.difference)
         )
     });
     let left = if *untested == 0 {
         String::new()
     } else {
-        format!("; {untested} pixels could not be tested")
+        format!("; {untested} pixels could not be tested, because their value or noise is unknown")
     };
     format!(
-        "{found} (a false alarm in {} of 100 comparisons){}{left}",
+        "{found} (expected false alarms: in {} of 100 comparisons){}{left}",
         format_significant_digits(100.0 * level, 2),
         clearest.unwrap_or_default()
     )

@@ -23,7 +23,7 @@ pub fn format_table(comparison: &Comparison, [place, shown, noise]: [String; 3])
         (
             "relMSE",
             format!(
-                "{} ({} without the worst 0.1 %)",
+                "{} ({} without the worst 0.1 % of the pixels)",
                 format_four_digits(errors.relmse),
                 format_four_digits(errors.relmse_trimmed)
             ),
@@ -136,11 +136,11 @@ pub fn describe_data_windows(windows: [Option<DataWindow>; 2]) -> Option<String>
         [None, None] => None,
         [Some(one), Some(_)] => Some(format_data_window(one)),
         [Some(one), None] => Some(format!(
-            "{} against a picture without data window",
+            "{}, compared with an uncropped picture",
             format_data_window(one)
         )),
         [None, Some(other)] => Some(format!(
-            "a picture without data window against {}",
+            "an uncropped picture, compared with {}",
             format_data_window(other)
         )),
     }

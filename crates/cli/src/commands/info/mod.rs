@@ -157,7 +157,7 @@ fn describe_render_size(scene: &Scene) -> String {
         Some(SamplePattern::Corners) => "4 samples (corners)".to_owned(),
     };
     format!(
-        "{width}x{height} pixels, {samples}, at most {} ray segments",
+        "{width}x{height} pixels, {samples}, paths of at most {} ray segments",
         scene.render.max_depth
     )
 }

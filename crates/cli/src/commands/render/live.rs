@@ -80,7 +80,7 @@ impl LivePreviews {
             return None;
         }
         let display = if self.has_auto_exposure {
-            display.with_suitable_exposure(rendered.final_picture())
+            display.with_unclipped_exposure(rendered.final_picture())
         } else {
             display
         };

@@ -186,7 +186,7 @@ fn refuse_impossible_denoising(
     if !settings.denoise || task.is_quick {
         return Ok(());
     }
-    if !ready.is_random() {
+    if !ready.depends_on_seed() {
         notes.add_hint(
             "--denoise has no effect: no sample of this picture is random, so that it has no noise",
         );

@@ -86,7 +86,7 @@ pub fn render_to_memory(
     if plan.has_auto_exposure {
         plan.display = plan
             .display
-            .with_suitable_exposure(rendered.final_picture());
+            .with_unclipped_exposure(rendered.final_picture());
     }
     let picture = RenderedPicture {
         loaded,

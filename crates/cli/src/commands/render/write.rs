@@ -169,7 +169,7 @@ pub fn interrupted_failure(
         }
         (Some([finished, total]), kept) => {
             format!(
-                "interrupted; {finished} of {total} pictures are finished; the others so far are in {kept}"
+                "interrupted; {finished} of {total} pictures are finished; the unfinished pictures are in {kept}"
             )
         }
     };

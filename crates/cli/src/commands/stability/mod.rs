@@ -143,7 +143,7 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
         Some(row) => {
             let first = row.first_wrong.as_deref().unwrap_or_default();
             let message = format!(
-                "{} of {} rows exceed their bound; the first is {} in {}: {first}",
+                "{} of {} results exceed their error bound; the first is case {} in {}: {first}",
                 broken.len(),
                 report.rows.len(),
                 row.case,
@@ -152,7 +152,7 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
             let known =
                 |row: &&HardCaseResult| report.left_out.iter().any(|[case, _]| *case == row.case);
             let known = if broken.iter().all(known) {
-                " (known: the report states the reason)"
+                " (in known cases: the report states the reasons)"
             } else {
                 ""
             };

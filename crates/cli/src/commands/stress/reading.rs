@@ -8,7 +8,7 @@ use raywright_io::{LoadedScene, Warning, WarningCode};
 
 /// Adds findings about parts that the reader left out. They are missing in the scene, so that no
 /// check can find them.
-pub(super) fn add_findings(report: &mut StressSummary, loaded: &LoadedScene) {
+pub(super) fn add_reader_findings(report: &mut StressSummary, loaded: &LoadedScene) {
     let warnings = &loaded.warnings;
     // The file is named in front of all findings.
     let own = format!("{}: ", loaded.source.name);
@@ -23,12 +23,12 @@ pub(super) fn add_findings(report: &mut StressSummary, loaded: &LoadedScene) {
         (
             WarningCode::TextureCoordinates,
             FindingCode::NoTextureCoordinates,
-            "export the mesh with these texture coordinates, or take the image away",
+            "export the mesh with these texture coordinates, or remove the image from the material",
         ),
         (
             WarningCode::Picture,
             FindingCode::MissingImage,
-            "put an image that can be read where the file names it",
+            "put a readable image at the path that the file names",
         ),
     ] {
         let is_told = report.findings.iter().any(|found| found.code == code);
@@ -65,7 +65,7 @@ fn add_dropped_triangles(
     message: &impl Fn(&Warning) -> String,
 ) {
     let dropped = warnings.iter().filter(|warning| warning.triangles > 0);
-    let remedy = "give the mesh finite corners, no farther than 1e15 metres from zero";
+    let remedy = "give the mesh finite vertices, at most 1e15 metres from the origin";
     let is_empty = |found: &&mut StressFinding| {
         found.code == FindingCode::NothingSeen && found.subject == FindingSubject::Scene
     };
@@ -76,7 +76,7 @@ fn add_dropped_triangles(
         match &mut nothing_seen {
             Some(found) if found.remedy == remedy => found.reason += &format!("; {reason}"),
             Some(found) => {
-                found.reason = format!("it has no object: {reason}");
+                found.reason = format!("the scene has no object: {reason}");
                 found.remedy = remedy.to_owned();
             }
             None => {
@@ -108,7 +108,7 @@ fn add_replaced_numbers(
         _ => format!(", and {} more such", count - 1),
     };
     let reason = format!("{}{more}", message(first));
-    let remedy = "bring it into its range in the file; -v lists them all";
+    let remedy = "set the number within its range in the file; -v lists all such numbers";
     let (code, severity) = (FindingCode::ValuesOutOfRange, Severity::Harmless);
     let finding = StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy);
     report

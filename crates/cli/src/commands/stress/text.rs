@@ -61,7 +61,7 @@ impl StressText<'_> {
     /// Returns the number of findings, the worst severity and the number of reading warnings.
     fn summarise(&self) -> String {
         let findings = match self.report.worst_severity() {
-            None => "nothing found by rays and in the data".to_owned(),
+            None => "no faults found".to_owned(),
             Some(worst) => format!(
                 "{}, the worst: {}",
                 count_with_unit(self.report.findings.len() as u64, "findings"),
@@ -156,12 +156,15 @@ impl StressText<'_> {
         let mut text = match unmarked.is_empty() {
             true => format!("{name}: each finding is marked"),
             false => format!(
-                "{name}: no mark for {}: the first camera sees no place of these",
+                "{name}: no mark for findings {}: the first camera sees none of their positions",
                 unmarked.join(", ")
             ),
         };
         for numbers in group_overlaid_marks(self.report) {
-            text += &format!("; the marks of {} lie over each other", numbers.join(", "));
+            text += &format!(
+                "; the marks of findings {} lie over each other",
+                numbers.join(", ")
+            );
         }
         Some(text)
     }
@@ -194,7 +197,7 @@ fn describe_checks(report: &StressSummary, seconds: f64) -> String {
     let checks = report.checks.iter().filter(|run| run.planned > 0);
     let checks: Vec<String> = checks.map(run).collect();
     let mut message = format!(
-        "looked at in {}: meshes, images, materials, lights",
+        "checked in {}: meshes, images, materials, lights",
         crate::clock::format_duration(seconds)
     );
     checks
@@ -203,7 +206,7 @@ fn describe_checks(report: &StressSummary, seconds: f64) -> String {
     let [through, total] = report.cameras;
     if through < total {
         message += &format!(
-            "; through {through} of {}",
+            "; only the first {through} of {}",
             count_with_unit(total as u64, "cameras")
         );
     }
@@ -213,7 +216,7 @@ fn describe_checks(report: &StressSummary, seconds: f64) -> String {
         message += &format!("; pixels are those of a picture of {width} x {height}");
     }
     if report.is_cut_short() {
-        message += "; the time was over before all rays were sent: a larger --budget finds more";
+        message += "; the time ran out before all rays were traced: a larger --budget finds more";
     }
     message
 }

@@ -91,12 +91,16 @@ impl ViewCommand {
     pub fn check_page_flags(flags: &[Flag]) -> Result<(), Failure> {
         let refuse = |reason: String| Err(Failure::new(Exit::Usage, reason));
         if flags.len() > MOST_FLAGS {
-            return refuse(format!("the page sets more than {MOST_FLAGS} flags"));
+            return refuse(format!(
+                "the page sets more flags than the limit of {MOST_FLAGS}; reload the page"
+            ));
         }
         for (name, value) in flags {
             let value = value.as_deref().unwrap_or_default();
             if !PAGE_FLAGS.contains(&name.as_str()) {
-                return refuse(format!("the page may not set --{name}"));
+                return refuse(format!(
+                    "the page may not set --{name}; give this flag on the command line"
+                ));
             }
             if value.len() > MOST_FLAG_BYTES || value.contains(char::is_control) {
                 return refuse(format!(

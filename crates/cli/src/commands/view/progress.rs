@@ -138,7 +138,7 @@ impl LiveRender {
         let progress = RenderProgress {
             of: film.requested_samples(),
             max_error: ready.settings().max_error,
-            exact: !ready.is_random() || ready.settings().sampling.is_fixed(),
+            exact: !ready.depends_on_seed() || ready.settings().sampling.is_fixed(),
             ..RenderProgress::default()
         };
         let pixels = film.size().into_iter().map(u64::from).product::<u64>();

@@ -121,7 +121,7 @@ impl ViewServer {
             .is_some_and(|origin| !is_own(origin))
             || !is_read && request.origin.is_none()
         {
-            return HttpResponse::with_text(403, "pages of other sites are not answered");
+            return HttpResponse::with_text(403, "requests from pages of other sites are refused");
         }
         let site = request.fetch_site.as_deref().unwrap_or("none");
         let Some(path) = request
@@ -138,7 +138,7 @@ impl ViewServer {
         // A link on another site may open the page, if it contains the token; every other request
         // must come from the page itself.
         if !(["same-origin", "none"].contains(&site) || is_read && path.1.is_empty()) {
-            return HttpResponse::with_text(403, "pages of other sites are not answered");
+            return HttpResponse::with_text(403, "requests from pages of other sites are refused");
         }
         match (request.method.as_str(), path.1) {
             ("GET", "") => HttpResponse::with_body("text/html; charset=utf-8", PAGE),

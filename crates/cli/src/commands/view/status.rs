@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use raywright_core::effects::{EffectReport, EffectStatus, SWITCHABLE};
+use raywright_core::effects::{EffectReport, EffectStatus, SWITCHABLE_EFFECTS};
 use raywright_core::film::Uncertainty;
 use raywright_core::scene::{Camera, Pinhole, Pose, Projection};
 use raywright_io::SceneFormat;
@@ -246,10 +246,9 @@ pub fn list_effect_switches(
     report: &EffectReport,
     costs: &BTreeMap<String, f64>,
 ) -> Vec<EffectSwitch> {
-    let shown = report
-        .effects
-        .iter()
-        .filter(|finding| finding.status != EffectStatus::Absent || SWITCHABLE.has(finding.effect));
+    let shown = report.effects.iter().filter(|finding| {
+        finding.status != EffectStatus::Absent || SWITCHABLE_EFFECTS.has(finding.effect)
+    });
     shown
         .map(|finding| EffectSwitch {
             name: finding.effect.name().to_owned(),
@@ -260,7 +259,7 @@ pub fn list_effect_switches(
                 EffectStatus::LeftOut => "left-out",
             },
             because: finding.because.clone(),
-            can_switch: SWITCHABLE.has(finding.effect),
+            can_switch: SWITCHABLE_EFFECTS.has(finding.effect),
             cost: costs.get(finding.effect.name()).copied(),
         })
         .collect()

@@ -156,11 +156,13 @@ impl ViewWorker {
         let is_same =
             change == SceneChange::Display && !self.view_request.1.anew && self.render.is_some();
         self.message = match change {
-            SceneChange::Display if is_same => "shown without a new render".to_owned(),
+            SceneChange::Display if is_same => {
+                "the change was shown without a new render".to_owned()
+            }
             SceneChange::Display => "rendered again".to_owned(),
             SceneChange::Camera => format!("the camera was turned in {took}"),
             SceneChange::Preparation => format!("prepared again in {took}"),
-            SceneChange::Reading => format!("loaded and prepared in {took}"),
+            SceneChange::Reading => format!("the scene was loaded and prepared in {took}"),
         };
         let Some(subject) = &self.viewed_scene else {
             return Ok(());

@@ -25,7 +25,7 @@ fn display() -> Display {
 }
 
 fn truth(sigma: f64) -> ReferenceTile {
-    let means: Vec<MeanVariance> = noisy(99, sigma, 0.0)
+    let means: Vec<PixelMeanAndVariance> = noisy(99, sigma, 0.0)
         .rgb
         .iter()
         .map(|rgb| [rgb.map(f64::from), [sigma * sigma; 3]])

@@ -162,7 +162,7 @@ impl Measurements<'_> {
             renders: figures.rounds as usize,
             seconds: seconds
                 .map(|ratio| ratio * looked / self.sample.drawable_tile_count() as f64)
-                .multiply(&self.setting_time_drift(figures)),
+                .multiply(&self.speed_correction_of_time(figures)),
             ratio: self
                 .relative_cost(setting, beside)
                 .map_or(ConfidenceInterval::from_exact(f64::NAN), |cost| cost.time),
@@ -288,7 +288,7 @@ impl Measurements<'_> {
         let (own, others) = (times(each_figures), times(other));
         let time = self
             .estimate_ratio(count, false, |position| (&own[position], &others[position]))
-            .multiply(&self.relative_time_drift(each_figures, other));
+            .multiply(&self.speed_correction_of_time_ratio(each_figures, other));
         let by_pilots = |each_figures: &SettingMeasurements| {
             self.errors_from_pilots(each_figures)
                 .is_some_and(|by_pilots| by_pilots[0] == self.mean_squared_errors(each_figures)[0])
@@ -308,7 +308,10 @@ impl Measurements<'_> {
 
     /// Returns the root mean squared and the relative mean squared difference between a setting and
     /// the setting that was rendered beside it with the same random numbers.
-    pub fn paired_differences(&self, setting: &RungSetting) -> Option<[ConfidenceInterval; 2]> {
+    pub fn differences_under_same_random_numbers(
+        &self,
+        setting: &RungSetting,
+    ) -> Option<[ConfidenceInterval; 2]> {
         let figures = self.find_setting_measurements(setting)?;
         let sum = |i: usize| {
             self.estimate_mean(figures.tiles.len(), |position| {

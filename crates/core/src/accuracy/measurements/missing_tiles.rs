@@ -48,7 +48,8 @@ impl Measurements<'_> {
             .map(|position| self.crop_for_tile(&setting, position))
             .collect();
         if self.sample.covers_picture(missing.count)
-            || crops.iter().copied().map(pixel_count).sum::<f64>() >= pixel_count(self.whole_crop())
+            || crops.iter().copied().map(pixel_count).sum::<f64>()
+                >= pixel_count(self.whole_picture_crop())
             || self.is_denoised(&setting) && self.renders_whole_picture(&setting)
         {
             return self.measure_as_whole_picture(missing, &setting, rounds);
@@ -100,7 +101,7 @@ impl Measurements<'_> {
         let first = self.setting_measurements[index].tiles.len();
         let tiles = (first..missing.count).map(|position| TileRenders {
             position,
-            crop: self.whole_crop(),
+            crop: self.whole_picture_crop(),
             share: self.tile_time_share(position),
             renders: renders.iter().collect(),
         });
@@ -129,12 +130,13 @@ impl Measurements<'_> {
         if picture_seconds > 0.0 {
             pilot_pass.seconds / picture_seconds
         } else {
-            sample.grid.pixel_count_of_tile(pilot_pass.tile) / pixel_count(self.whole_crop())
+            sample.grid.pixel_count_of_tile(pilot_pass.tile)
+                / pixel_count(self.whole_picture_crop())
         }
     }
 
     /// Returns the crop that is the whole picture.
-    fn whole_crop(&self) -> Crop {
+    fn whole_picture_crop(&self) -> Crop {
         let [width, height] = self.sample.grid.size;
         Crop {
             x: 0,
@@ -223,7 +225,7 @@ impl Measurements<'_> {
     ) -> Result<Option<Vec<Vec<TimedRender>>>, PrepareError> {
         rounds
             .map(|round| {
-                UnfinishedRender::interrupted_as_none(
+                UnfinishedRender::none_if_interrupted(
                     self.renderer.render_setting(setting, parts, round, end),
                 )
             })

@@ -47,7 +47,7 @@ impl Measurements<'_> {
             (Vec::new(), Vec::new(), 0, true);
         for round in 0..PRICE_ROUNDS {
             let before = now();
-            let Some(renders) = UnfinishedRender::interrupted_as_none(
+            let Some(renders) = UnfinishedRender::none_if_interrupted(
                 self.renderer
                     .prepare_and_render_crops(beside, &crops, round, end),
             )?
@@ -56,7 +56,7 @@ impl Measurements<'_> {
             };
             let timeout = (now() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
             let end = end.min(now() + timeout);
-            let Some(others) = UnfinishedRender::interrupted_as_none(
+            let Some(others) = UnfinishedRender::none_if_interrupted(
                 self.renderer
                     .prepare_and_render_crops(setting, &crops, round, end),
             )?

@@ -27,7 +27,7 @@ impl UnfinishedRender {
     }
 
     /// Converts a render that was stopped, or whose time ran out, to `None`; other errors stay.
-    pub fn interrupted_as_none<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
+    pub fn none_if_interrupted<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
         match result {
             Ok(value) => Ok(Some(value)),
             Err(Self::Interrupted) => Ok(None),

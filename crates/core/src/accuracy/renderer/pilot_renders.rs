@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::{SettingRenderer, UnfinishedRender};
 use crate::accuracy::estimate::relative_variance;
 use crate::accuracy::setting::RungSetting;
-use crate::accuracy::tiles::{PilotPass, TileGrid};
+use crate::accuracy::tiles::{PilotTile, TileGrid};
 use crate::dispatch::ReadyScene;
 use crate::film::Film;
 use crate::picture::Picture;
@@ -33,13 +33,13 @@ impl SettingRenderer<'_> {
     }
 
     /// Renders tiles with few samples and returns the time and the noise of each tile; see
-    /// [`PilotPass`] for units.
+    /// [`PilotTile`] for units.
     pub fn run_pilot_pass(
         &self,
         grid: TileGrid,
         tiles: &[u32],
         end: Instant,
-    ) -> Result<Vec<PilotPass>, UnfinishedRender> {
+    ) -> Result<Vec<PilotTile>, UnfinishedRender> {
         let sampling = self.settings.sampling;
         let sampling = if sampling.is_fixed() {
             sampling
@@ -74,7 +74,7 @@ impl SettingRenderer<'_> {
                 Ok(tiles
                     .iter()
                     .zip(&films)
-                    .map(|(&tile, (film, seconds))| PilotPass {
+                    .map(|(&tile, (film, seconds))| PilotTile {
                         tile,
                         seconds: *seconds,
                         noise: sum_relative_variances(film),

@@ -62,7 +62,10 @@ impl MeasurementSession<'_> {
     /// Returns the number of tiles for which the time suffices. Less important settings are
     /// measured on the share `rest`, 0 to 1, of these tiles.
     pub(super) fn affordable_tile_count(&self, grid: &TileGrid, rest: f64) -> usize {
-        let (items, maximum) = (self.planned_settings(), self.full_tile_cost_limit(grid));
+        let (items, maximum) = (
+            self.planned_settings(),
+            self.samples_per_pixel_limit_for_all_tiles(grid),
+        );
         let cost = |item: &PlannedSetting| {
             self.samples_per_tile_pixel(&item.setting, grid)
                 .min(maximum)
@@ -139,7 +142,7 @@ impl MeasurementSession<'_> {
 
     /// Returns the cost, in samples per pixel of a tile, beyond which a setting is measured on
     /// fewer tiles.
-    fn full_tile_cost_limit(&self, grid: &TileGrid) -> f64 {
+    fn samples_per_pixel_limit_for_all_tiles(&self, grid: &TileGrid) -> f64 {
         2.0 * self.samples_per_tile_pixel(&RungSetting::default(), grid)
     }
 
@@ -151,7 +154,7 @@ impl MeasurementSession<'_> {
         tiles: usize,
         sample: &TileSample,
     ) -> usize {
-        let share = (self.full_tile_cost_limit(&sample.grid)
+        let share = (self.samples_per_pixel_limit_for_all_tiles(&sample.grid)
             / self.samples_per_tile_pixel(setting, &sample.grid))
         .min(1.0);
         ((tiles as f64 * share) as usize).max(FEWEST.min(tiles))

@@ -1,7 +1,7 @@
 //! Measurement of combinations of rungs (quality levels). Greedy walks from the scene's own setting
 //! and from the baseline find the combinations.
 
-use super::plan::MeasurementPlan;
+use super::measurement_plan::MeasurementPlan;
 use super::time_budget::{RUNGS_END, WALKS_END};
 use super::{HALVING_SAMPLES, MeasurementSession};
 use crate::accuracy::ProgressListener;
@@ -150,14 +150,16 @@ impl MeasurementSession<'_> {
         let ladders = self.picture_ladders.iter().copied().filter(is_paired);
         let rungs = ladders.flat_map(|ladder| self.applicable_rungs(ladder));
         let mut rungs: Vec<RungChoice> = rungs
-            .filter(|&choice| !self.is_in_use(choice) && !self.infeasible_rungs.contains(&choice))
+            .filter(|&choice| {
+                !self.is_rung_in_use(choice) && !self.infeasible_rungs.contains(&choice)
+            })
             .collect();
         rungs.sort_by_key(|&choice| {
             !self.is_recommendable(&self.setting_of_rung(choice), measurements)
         });
         let samples = self
             .applicable_rungs(Ladder::Samples)
-            .filter(|choice| !self.is_in_use(*choice));
+            .filter(|choice| !self.is_rung_in_use(*choice));
         let samples: Vec<RungChoice> = samples
             .filter(|_| self.picture_ladders.contains(&Ladder::Samples))
             .collect();
@@ -215,7 +217,7 @@ impl MeasurementSession<'_> {
             let error = if *setting == exact {
                 0.0
             } else {
-                measurements.paired_differences(pair)?[1].value
+                measurements.differences_under_same_random_numbers(pair)?[1].value
             };
             Some(FrontierPoint { error, ..point })
         };

@@ -6,7 +6,7 @@ use crate::accuracy::measurements::Measurements;
 use crate::accuracy::recommendation::{
     RecommendationCandidate, is_recommendable, recommend_settings,
 };
-use crate::accuracy::report::{FrontierSetting, Recommendations};
+use crate::accuracy::report::{MeasuredSettingWithFlags, Recommendations};
 use crate::accuracy::setting::RungSetting;
 
 impl MeasurementSession<'_> {
@@ -43,7 +43,7 @@ impl MeasurementSession<'_> {
         &self,
         settings: &[RungSetting],
         measurements: &Measurements<'_>,
-    ) -> (Vec<FrontierSetting>, Recommendations) {
+    ) -> (Vec<MeasuredSettingWithFlags>, Recommendations) {
         let chosen_settings = self.pareto_settings(settings, measurements);
         let candidates = chosen_settings
             .iter()

@@ -57,7 +57,8 @@ impl MeasurementSession<'_> {
             .applicable_rungs(Ladder::Samples)
             .filter(|_| self.picture_ladders.contains(&Ladder::Samples))
             .partition(|&choice| {
-                rung_sample_count(choice).is_some_and(|samples| samples <= self.halving_samples())
+                rung_sample_count(choice)
+                    .is_some_and(|samples| samples <= self.sample_count_halving_error())
             });
         let own = PlannedSetting::new(RungSetting::default(), Ladder::Samples);
         let baseline = PlannedSetting::new(self.baseline.clone(), Ladder::Samples);
@@ -82,7 +83,7 @@ impl MeasurementSession<'_> {
     }
 
     /// Returns the number of samples per pixel that halves the error of the scene's own number.
-    fn halving_samples(&self) -> u32 {
+    fn sample_count_halving_error(&self) -> u32 {
         HALVING_SAMPLES.saturating_mul(self.settings.sampling.samples_per_pixel())
     }
 
@@ -90,7 +91,7 @@ impl MeasurementSession<'_> {
     /// denoising.
     fn planned_sample_settings(&self, sample_counts: Vec<RungChoice>) -> Vec<PlannedSetting> {
         let denoised = Ladder::Reconstruction.choices().find(|choice| {
-            self.picture_ladders.contains(&Ladder::Reconstruction) && !self.is_in_use(*choice)
+            self.picture_ladders.contains(&Ladder::Reconstruction) && !self.is_rung_in_use(*choice)
         });
         sample_counts
             .into_iter()
@@ -133,7 +134,8 @@ impl MeasurementSession<'_> {
     /// Returns the settings that change samples or denoising alone, with sample counts up to those
     /// that halve the error. Denoised settings are included if they are rendered as whole pictures.
     pub(super) fn common_sample_settings(&self) -> Vec<RungSetting> {
-        let is_near = |setting: &RungSetting| self.sample_count(setting) <= self.halving_samples();
+        let is_near =
+            |setting: &RungSetting| self.sample_count(setting) <= self.sample_count_halving_error();
         let is_one = |setting: &RungSetting| {
             setting
                 .choices()

@@ -42,7 +42,7 @@ impl MeasurementSession<'_> {
             let before = (self.now)();
             listener.report_step(
                 &format!(
-                    "measuring promising settings on {next} of {} tiles",
+                    "measuring promising settings, now on {next} of the picture's {} tiles",
                     sample.grid.tile_count()
                 ),
                 self.spent_budget_share(),
@@ -143,7 +143,7 @@ impl MeasurementSession<'_> {
             if once * (rounds as f64) < self.seconds_until_budget_share(REFINEMENT_END) {
                 for setting in settings {
                     listener.report_step(
-                        &format!("in more rounds: {setting}"),
+                        &format!("repeating the renders of {setting}"),
                         self.spent_budget_share(),
                     );
                     measurements.measure_setting(

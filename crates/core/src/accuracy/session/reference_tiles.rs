@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::MeasurementSession;
-use super::plan::MeasurementPlan;
+use super::measurement_plan::MeasurementPlan;
 use super::time_budget::{REFERENCE_END, REFINEMENT_END};
 use crate::accuracy::estimate::ReferenceTile;
 use crate::accuracy::measurements::Measurements;

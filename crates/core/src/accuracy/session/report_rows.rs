@@ -4,7 +4,8 @@
 use super::super::ConfidenceInterval;
 use super::super::measurements::Measurements;
 use super::super::report::{
-    BaselineReport, FrontierSetting, LadderReport, MeasuredSetting, ReportPicture, RungReport,
+    LadderReport, MeasuredBaseline, MeasuredSetting, MeasuredSettingWithFlags, ReportPicture,
+    RungReport,
 };
 use super::super::setting::RungSetting;
 use super::{BASE_SAMPLES, MeasurementSession};
@@ -39,7 +40,7 @@ impl MeasurementSession<'_> {
                     (ladder.shares_random_numbers()).then(|| ConfidenceInterval::from_exact(0.0))
                 }
                 false => is_paired
-                    .then(|| measurements.paired_differences(pair))
+                    .then(|| measurements.differences_under_same_random_numbers(pair))
                     .flatten()
                     .map(|[alone, _]| alone),
             };
@@ -66,9 +67,9 @@ impl MeasurementSession<'_> {
     pub(super) fn baseline_report(
         &self,
         measurements: &Measurements<'_>,
-    ) -> Option<BaselineReport> {
+    ) -> Option<MeasuredBaseline> {
         self.baseline.rung(Ladder::Samples)?;
-        Some(BaselineReport {
+        Some(MeasuredBaseline {
             samples: BASE_SAMPLES,
             measured: measurements.summarise_setting(&self.baseline, &RungSetting::default())?,
         })
@@ -79,7 +80,7 @@ impl MeasurementSession<'_> {
         &self,
         settings: &[RungSetting],
         measurements: &Measurements<'_>,
-    ) -> Vec<FrontierSetting> {
+    ) -> Vec<MeasuredSettingWithFlags> {
         let rows: Vec<RungSetting> = self
             .picture_ladders
             .iter()
@@ -100,10 +101,10 @@ impl MeasurementSession<'_> {
         &self,
         setting: &RungSetting,
         measurements: &Measurements<'_>,
-    ) -> Option<FrontierSetting> {
+    ) -> Option<MeasuredSettingWithFlags> {
         let measured: MeasuredSetting =
             measurements.summarise_setting(setting, &RungSetting::default())?;
-        Some(FrontierSetting {
+        Some(MeasuredSettingWithFlags {
             flags: setting.flags(),
             measured,
         })

@@ -1,7 +1,7 @@
 //! Measurement of every planned setting, in the order of the plan.
 
 use super::MeasurementSession;
-use super::plan::MeasurementPlan;
+use super::measurement_plan::MeasurementPlan;
 use super::planned_settings::PlannedSetting;
 use super::time_budget::RUNGS_END;
 use crate::accuracy::ProgressListener;
@@ -33,7 +33,7 @@ impl MeasurementSession<'_> {
                 0,
                 self.instant_of_budget_share(RUNGS_END),
             );
-            UnfinishedRender::interrupted_as_none(first)?;
+            UnfinishedRender::none_if_interrupted(first)?;
         }
         for (i, item) in self.planned_settings().into_iter().enumerate() {
             let (

@@ -18,7 +18,7 @@ impl MeasurementSession<'_> {
     }
 
     /// Whether a rung (quality level) is the one of the scene's own setting.
-    pub(super) fn is_in_use(&self, choice: RungChoice) -> bool {
+    pub(super) fn is_rung_in_use(&self, choice: RungChoice) -> bool {
         choice.rung()
             == choice
                 .ladder()
@@ -40,7 +40,7 @@ impl MeasurementSession<'_> {
     /// it is the unchanged baseline.
     pub(super) fn setting_of_rung(&self, choice: RungChoice) -> RungSetting {
         let beside = self.baseline_for_ladder(choice.ladder());
-        if self.is_in_use(choice) {
+        if self.is_rung_in_use(choice) {
             beside
         } else {
             beside.with_rung(choice)
@@ -71,7 +71,7 @@ impl MeasurementSession<'_> {
     /// Whether a setting can be rendered. A denoised setting needs enough samples.
     pub(super) fn is_valid_setting(&self, setting: &RungSetting) -> bool {
         let (_, settings) = setting.apply(self.scene, &self.settings);
-        !settings.denoise || denoise::can_denoise(settings.sampling)
+        !settings.denoise || denoise::is_denoisable_sampling(settings.sampling)
     }
 }
 

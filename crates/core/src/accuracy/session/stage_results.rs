@@ -1,7 +1,7 @@
 //! Assembly of the report from the results of all stages.
 
 use super::MeasurementSession;
-use super::plan::MeasurementPlan;
+use super::measurement_plan::MeasurementPlan;
 use crate::accuracy::EffectCosts;
 use crate::accuracy::measurements::Measurements;
 use crate::accuracy::outputs::OutputFormatReport;

@@ -42,7 +42,7 @@ fn tiles_are_the_picture() {
     }
     assert!(covered.iter().all(|&times| times == 1));
     let first: Vec<Crop> = GRID
-        .spread_order()
+        .evenly_spread_tile_order()
         .into_iter()
         .take(24)
         .map(|index| GRID.tile_crop(index))
@@ -56,10 +56,10 @@ fn tiles_are_the_picture() {
 }
 
 /// Looks with uneven noise.
-fn looks(grid: TileGrid) -> Vec<PilotPass> {
+fn looks(grid: TileGrid) -> Vec<PilotTile> {
     let noise = |tile: u32| if tile.is_multiple_of(9) { 8.0 } else { 1.0 };
     (0..grid.tile_count() as u32)
-        .map(|tile| PilotPass {
+        .map(|tile| PilotTile {
             tile,
             seconds: 1.0,
             noise: noise(tile),
@@ -107,7 +107,7 @@ fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
             seed: *seed,
             ..GRID
         };
-        let look = |tile: u32| PilotPass {
+        let look = |tile: u32| PilotTile {
             tile,
             seconds: 1.0,
             noise: if has_looks {

@@ -58,7 +58,7 @@ fn samples_fill_their_time() {
             stopwatch: crate::bench::clock::simulate_stopwatch,
         };
         let rays = crate::bench::generate_rays(rays, 1);
-        let sample = RaySample::with_fitting_size(&geometry, &rays, &method);
+        let sample = RaySample::from_intended_duration(&geometry, &rays, &method);
         assert!((sample.seconds_per_ray - 3e-8).abs() < 1e-20);
         (rays.len(), sample.step, sample.passes)
     };

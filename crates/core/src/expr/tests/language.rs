@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::names;
-use crate::expr::{ExprScope, MAX_DEPTH, MAX_SOURCE, compile, evaluate, parameter_name_problem};
+use crate::expr::{
+    ExprScope, MAX_DEPTH, MAX_SOURCE_BYTES, compile, evaluate, find_parameter_name_problem,
+};
 
 fn value(source: &str) -> f64 {
     evaluate(source, &names()).unwrap_or_else(|e| panic!("{source}: {e} at {:?}", e.span))
@@ -354,10 +356,10 @@ fn hostile_sources_are_refused() {
         )),
         1.0
     );
-    let long_sum = vec!["1"; MAX_SOURCE / 2].join("+");
-    assert_eq!(value(&long_sum), (MAX_SOURCE / 2) as f64);
+    let long_sum = vec!["1"; MAX_SOURCE_BYTES / 2].join("+");
+    assert_eq!(value(&long_sum), (MAX_SOURCE_BYTES / 2) as f64);
     assert!(
-        refused(&"1+".repeat(MAX_SOURCE / 2))
+        refused(&"1+".repeat(MAX_SOURCE_BYTES / 2))
             .0
             .contains("ends where a value is expected")
     );
@@ -391,11 +393,11 @@ fn any_text_is_survived() {
 /// Protects: a parameter's name must be readable in an expression.
 #[test]
 fn parameter_names() {
-    assert_eq!(parameter_name_problem("wave_2"), None);
-    assert!(parameter_name_problem("2nd").is_some());
-    assert!(parameter_name_problem("a-b").is_some());
-    assert!(parameter_name_problem("pi").is_some());
-    assert!(parameter_name_problem("t").is_some());
+    assert_eq!(find_parameter_name_problem("wave_2"), None);
+    assert!(find_parameter_name_problem("2nd").is_some());
+    assert!(find_parameter_name_problem("a-b").is_some());
+    assert!(find_parameter_name_problem("pi").is_some());
+    assert!(find_parameter_name_problem("t").is_some());
 }
 
 /// Protects: noise functions equal those of [`crate::noise`], in space for a vector or three

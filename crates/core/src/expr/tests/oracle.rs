@@ -5,7 +5,7 @@ use glam::DVec3;
 use raywright_bvh::scalar::{Real, Vector};
 
 use super::{hit, names, narrow};
-use crate::expr::semantics::remainder;
+use crate::expr::semantics::modulo_with_sign_of_divisor;
 use crate::expr::{ExprScope, ProgramTable, VariableValues, compile};
 use crate::noise;
 
@@ -156,7 +156,7 @@ impl ExprTree {
                         ("-", &[a, b]) => a - b,
                         ("*", &[a, b]) => a * b,
                         ("/", &[a, b]) => a / b,
-                        ("%", &[a, b]) => remainder(a, b),
+                        ("%", &[a, b]) => modulo_with_sign_of_divisor(a, b),
                         ("^", &[a, b]) if b == R::from_f32(0.5) => a.powf(b),
                         ("^", &[a, b]) if b < R::ZERO => R::ONE / a.powi((-b).to_f32() as u32),
                         ("^", &[a, b]) => a.powi(b.to_f32() as u32),

@@ -5,7 +5,7 @@ use glam::DVec3;
 use raywright_bvh::scalar::Real;
 
 use super::{hit, names};
-use crate::expr::semantics::{integer_power, vanishing_limit};
+use crate::expr::semantics::{integer_power, underflow_limit_of_power};
 use crate::expr::{
     Constant, ExprScope, MAX_OPERATIONS, ProgramTable, Variable, compile, compile_number,
 };
@@ -151,7 +151,7 @@ fn oversized_programs_are_refused() {
 #[test]
 fn powers_vanish_where_their_squares_do() {
     for exponent in (0..600).chain([1023, 1024, 1025, 4095, 32_769, 65_535, 65_536]) {
-        let limit = vanishing_limit(exponent) as f32;
+        let limit = underflow_limit_of_power(exponent) as f32;
         let below = (0..200).map(|i| limit * (1.0 - 0.000_5 * i as f32)).chain([
             limit.next_down(),
             limit * 1e-3,
@@ -173,7 +173,8 @@ fn powers_vanish_where_their_squares_do() {
         }
     }
     assert!(
-        (0.5..1.0).contains(&vanishing_limit(500)) && vanishing_limit(1) as f32 == 0.0,
+        (0.5..1.0).contains(&underflow_limit_of_power(500))
+            && underflow_limit_of_power(1) as f32 == 0.0,
         "a limit that never holds is of no use"
     );
 }

@@ -124,7 +124,7 @@ fn f09_tiles_cover_the_film_once() {
 fn passes_take_all_samples_in_order() {
     let passes = |plan: &FilmPlan| {
         let (mut drawn, mut ends) = (0, Vec::new());
-        while let Some((pass, samples)) = plan.next_pass(plan.replicate_samples(0), drawn) {
+        while let Some((pass, samples)) = plan.next_sample_range(plan.replicate_samples(0), drawn) {
             assert_eq!((pass, samples.start), (ends.len() as u32, drawn));
             drawn = samples.end;
             ends.push(drawn);
@@ -146,7 +146,7 @@ fn passes_take_all_samples_in_order() {
     );
     // A pass that starts in between ends where the regular passes end.
     assert_eq!(
-        plan(Sampling::General(400)).next_pass(100, 70),
+        plan(Sampling::General(400)).next_sample_range(100, 70),
         Some((4, 70..100))
     );
 }

@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use super::{in_order, scene};
 use crate::film::adaptive::ErrorProgress;
-use crate::film::{Doubt, Film, ReplicateBuffer};
+use crate::film::{EstimateDoubt, Film, ReplicateBuffer};
 use crate::hash::splitmix64;
 use crate::observer::Observer;
 use crate::scene::{Integrator, Scene};
@@ -276,16 +276,22 @@ fn doubted_errors_are_not_reached() {
     add_samples(&mut film, known(|_| 0.01));
     (film.counters.unaided, film.counters.found) = (1000, 39);
     assert_eq!(
-        (film.plan_next_round(1e-9, &()), film.rejected_stop()),
+        (
+            film.plan_next_round(1e-9, &()),
+            film.first_doubtful_estimate()
+        ),
         (ErrorProgress::NeedsSamples, None)
     );
     add_samples(&mut film, known(|_| 0.01));
     assert_eq!(film.plan_next_round(0.5, &()), ErrorProgress::NeedsSamples);
-    let first = film.rejected_stop().expect("a claim below");
+    let first = film.first_doubtful_estimate().expect("a claim below");
     let samples = film.sample_range(&film.full_part());
     assert_eq!(
         (first.samples, first.doubt),
-        ([*samples.start(), *samples.end()], Doubt::LightByChance)
+        (
+            [*samples.start(), *samples.end()],
+            EstimateDoubt::LightByChance
+        )
     );
     assert_eq!(
         first.error,
@@ -296,7 +302,10 @@ fn doubted_errors_are_not_reached() {
     );
     add_samples(&mut film, known(|_| 0.01));
     assert_eq!(
-        (film.plan_next_round(0.5, &()), film.rejected_stop()),
+        (
+            film.plan_next_round(0.5, &()),
+            film.first_doubtful_estimate()
+        ),
         (ErrorProgress::NeedsSamples, Some(first))
     );
     film.counters.found = 40;

@@ -5,7 +5,7 @@ use super::adaptive::{add_samples, row};
 use super::uncertainty::film;
 use crate::film::adaptive::ErrorProgress;
 use crate::film::leave_one_out::{LeaveOneOutStats, SingleReplicateBound};
-use crate::film::{Doubt, ReplicateBuffer};
+use crate::film::{EstimateDoubt, ReplicateBuffer};
 use crate::hash::splitmix64;
 use crate::metrics::student_factor_95;
 
@@ -254,7 +254,7 @@ fn small_lamps_are_told_from_rare_light() {
             let uncertainty = film.estimate_uncertainty().expect("four replicates");
             assert_eq!(
                 uncertainty.doubt,
-                (!is_sure).then_some(Doubt::FewPixels),
+                (!is_sure).then_some(EstimateDoubt::FewPixels),
                 "{name}"
             );
             let square = |(pixel, rgb): (u64, &[f32; 3])| {

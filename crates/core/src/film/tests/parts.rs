@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 use super::{in_order, layers, ready, rendered, settings};
 use crate::effects::Effect;
-use crate::film::{Film, FilmHeader, FilmPart, PartError};
+use crate::film::{Film, FilmHeader, FilmMergeError, FilmPart};
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::picture::Picture;
@@ -223,8 +223,8 @@ fn layers_of_uneven_tiles() {
 fn what_does_not_belong_together_is_refused() {
     let own = ready(&settings(6));
     let [a, b] = [part(&own, 1, 2), part(&own, 3, 2)];
-    assert_eq!(Film::merge(&[]).map(|_| ()), Err(PartError::Nothing));
-    let overlap = PartError::Overlap {
+    assert_eq!(Film::merge(&[]).map(|_| ()), Err(FilmMergeError::Nothing));
+    let overlap = FilmMergeError::Overlap {
         part: 2,
         tile: 1,
         replicate: 2,
@@ -239,7 +239,7 @@ fn what_does_not_belong_together_is_refused() {
         part(&ready(&settings), 3, 2)
     };
     let foreign = |film: Film| match Film::merge(&[a.clone(), film]) {
-        Err(PartError::Foreign { part: 1, label }) => label,
+        Err(FilmMergeError::Foreign { part: 1, label }) => label,
         other => panic!("not refused as foreign: {:?}", other.map(|_| ())),
     };
     assert_eq!(foreign(other(|s| s.seed = 1)), "seed");
@@ -346,7 +346,7 @@ fn what_does_not_belong_together_is_refused() {
     );
     assert_eq!(
         refused,
-        Err(PartError::Foreign {
+        Err(FilmMergeError::Foreign {
             part: 0,
             label: "seed".to_owned()
         })
@@ -431,18 +431,26 @@ fn shares_are_the_whole() {
             .step_by(part.step as usize)
             .collect::<Vec<u32>>()
     };
-    assert_eq!(tiles(&whole_part.clone().nth_share(1, 5)), [1, 6, 11]);
     assert_eq!(
-        tiles(&whole_part.clone().nth_share(1, 5).nth_share(1, 2)),
+        tiles(&whole_part.clone().split_into_nth_subset(1, 5)),
+        [1, 6, 11]
+    );
+    assert_eq!(
+        tiles(
+            &whole_part
+                .clone()
+                .split_into_nth_subset(1, 5)
+                .split_into_nth_subset(1, 2)
+        ),
         [6]
     );
     assert_eq!(
-        tiles(&whole_part.clone().nth_share(0, 1)),
+        tiles(&whole_part.clone().split_into_nth_subset(0, 1)),
         tiles(&whole_part)
     );
     for total in [1, 2, 5, 12, 30] {
         let mut all: Vec<u32> = (0..total)
-            .flat_map(|index| tiles(&whole_part.clone().nth_share(index, total)))
+            .flat_map(|index| tiles(&whole_part.clone().split_into_nth_subset(index, total)))
             .collect();
         all.sort_unstable();
         assert_eq!(all, tiles(&whole_part), "{total} shares");
@@ -450,7 +458,7 @@ fn shares_are_the_whole() {
 }
 
 /// Film of a picture whose number of samples grows step by step.
-fn grown(counts: &[u32], replicates: Option<u32>) -> Result<Film, PartError> {
+fn grown(counts: &[u32], replicates: Option<u32>) -> Result<Film, FilmMergeError> {
     let value_of = |samples| {
         ready(&Settings {
             replicates,
@@ -520,7 +528,7 @@ fn fewer_samples_are_refused() {
     let refused = |counts: &[u32]| grown(counts, None).map(|_| ());
     assert_eq!(
         refused(&[63, 64]),
-        Err(PartError::Samples {
+        Err(FilmMergeError::Samples {
             has: 63,
             requested: 64,
             least: 125
@@ -528,7 +536,7 @@ fn fewer_samples_are_refused() {
     );
     assert_eq!(
         refused(&[40, 20]),
-        Err(PartError::Samples {
+        Err(FilmMergeError::Samples {
             has: 40,
             requested: 20,
             least: 40
@@ -536,7 +544,7 @@ fn fewer_samples_are_refused() {
     );
     assert_eq!(
         refused(&[5, 8]),
-        Err(PartError::Samples {
+        Err(FilmMergeError::Samples {
             has: 5,
             requested: 8,
             least: 9
@@ -551,7 +559,7 @@ fn fewer_samples_are_refused() {
     let foreign = film.continue_from(ready(&settings(6)).new_film("scene"));
     assert_eq!(
         foreign,
-        Err(PartError::Foreign {
+        Err(FilmMergeError::Foreign {
             part: 0,
             label: "seed".to_owned()
         })

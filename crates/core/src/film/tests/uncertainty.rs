@@ -1,7 +1,7 @@
 //! Errors of whole pictures against closed forms, and against scenes whose true pixels are known.
 
 use super::{layers, ready, rendered, settings};
-use crate::film::{Counters, Doubt, Film, ReplicateBuffer};
+use crate::film::{Counters, EstimateDoubt, Film, ReplicateBuffer};
 use crate::hash::splitmix64;
 use crate::metrics::student_factor_95;
 use crate::scene::Scene;
@@ -219,7 +219,7 @@ fn two_replicates_are_held_against_neighbours() {
         let uncertainty = film.estimate_uncertainty().expect("two replicates");
         assert_eq!(
             (uncertainty.doubt, uncertainty.replicates),
-            (Some(Doubt::FewSamples), 2)
+            (Some(EstimateDoubt::FewSamples), 2)
         );
         uncertainty.rmse
     };
@@ -255,7 +255,7 @@ fn three_replicates_are_surer_than_two() {
     let uncertainty = film.estimate_uncertainty().expect("three replicates");
     assert_eq!(
         (uncertainty.doubt, uncertainty.replicates),
-        (Some(Doubt::FewSamples), 3)
+        (Some(EstimateDoubt::FewSamples), 3)
     );
     assert!(
         (uncertainty.rmse.value - (1.0_f64 / 6.0).sqrt()).abs() < 1e-12,
@@ -297,7 +297,7 @@ fn few_pixels_say_little() {
         .estimate_uncertainty()
         .expect("four replicates");
     assert!(
-        uncertainty.doubt == Some(Doubt::FewPixels) && uncertainty.rmse.carriers < 2.0,
+        uncertainty.doubt == Some(EstimateDoubt::FewPixels) && uncertainty.rmse.carriers < 2.0,
         "{uncertainty:?}"
     );
     let still = film(&[[0.5; 4]; 10])
@@ -321,7 +321,7 @@ fn light_that_others_miss_is_doubted() {
     };
     let rare = value_of([0.0, 0.0, 0.0, 5.0]);
     assert!(
-        rare.root_relmse.carriers > 99.0 && rare.doubt == Some(Doubt::FewPixels),
+        rare.root_relmse.carriers > 99.0 && rare.doubt == Some(EstimateDoubt::FewPixels),
         "{rare:?}"
     );
     // Of 1 and 0.8, each is nearly relative to the other.
@@ -350,8 +350,8 @@ fn light_by_chance_is_doubted() {
         ],
         [
             None,
-            Some(Doubt::LightByChance),
-            Some(Doubt::LightByChance),
+            Some(EstimateDoubt::LightByChance),
+            Some(EstimateDoubt::LightByChance),
             None
         ]
     );
@@ -384,7 +384,7 @@ fn a_small_sun_in_chrome_is_met_by_chance() {
         (
             film.counters.unaided > 0,
             film.estimate_uncertainty().expect("four replicates").doubt
-                == Some(Doubt::LightByChance),
+                == Some(EstimateDoubt::LightByChance),
         )
     };
     assert_eq!(
@@ -451,9 +451,9 @@ fn pixels_without_noise_do_not_count() {
     );
     let mut quiet = [[1.0, 1.01, 0.99, 1.0]; 1000];
     quiet[300..310].fill([1.0, 1.9, 0.6, 1.4]);
-    assert_eq!(doubt(&quiet), Some(Doubt::FewPixels));
+    assert_eq!(doubt(&quiet), Some(EstimateDoubt::FewPixels));
     small[300..310].fill([1.0, 2.6, 0.5, 0.3]);
-    assert_eq!(doubt(&small), Some(Doubt::FewPixels));
+    assert_eq!(doubt(&small), Some(EstimateDoubt::FewPixels));
 }
 
 /// Protects: where few pixels carry the error, a requested error of ten times the upper end is
@@ -466,13 +466,13 @@ fn doubts_of_few_pixels_fall_silent_far_below() {
         .estimate_uncertainty()
         .expect("four replicates");
     let high = uncertainty.root_relmse.high;
-    assert_eq!(uncertainty.doubt, Some(Doubt::FewPixels));
+    assert_eq!(uncertainty.doubt, Some(EstimateDoubt::FewPixels));
     assert_eq!(
         [9.99, 10.01].map(|times| uncertainty.is_error_below(times * high)),
         [false, true]
     );
     let by_chance = crate::film::Uncertainty {
-        doubt: Some(Doubt::LightByChance),
+        doubt: Some(EstimateDoubt::LightByChance),
         ..uncertainty
     };
     assert!(!by_chance.is_error_below(100.0 * high));
@@ -493,5 +493,8 @@ fn a_black_picture_is_doubted_where_there_are_lamps() {
         )
     };
     assert_eq!(value_of(0), (None, true, [0.0; 3]));
-    assert_eq!(value_of(100), (Some(Doubt::FewPixels), false, [-1.0; 3]));
+    assert_eq!(
+        value_of(100),
+        (Some(EstimateDoubt::FewPixels), false, [-1.0; 3])
+    );
 }

@@ -38,7 +38,7 @@ impl<R: Real> PathTracer<'_, R> {
                     path.previous.from,
                     path.segment.ray.direction,
                 );
-                self.scattering_mis_weight(path, light, |probability| {
+                self.bsdf_sampling_mis_weight(path, light, |probability| {
                     lights.density(
                         light,
                         from,
@@ -53,13 +53,13 @@ impl<R: Real> PathTracer<'_, R> {
         self.counters.found += u64::from(self.hits_lights_by_chance(path));
         let emitted = path.throughput * emission * share;
         path.radiance += emitted;
-        self.record_direct_radiance(path.segments_traced == 1, emitted);
+        self.add_directly_visible_radiance(path.segments_traced == 1, emitted);
     }
 
     /// Adds `radiance` to the emission seen directly by the camera, if layers need it and `camera`
     /// is set. `camera`: whether the radiance arrives along the camera ray.
     #[inline(always)]
-    pub(super) fn record_direct_radiance(&mut self, camera: bool, radiance: R::Vec3) {
+    pub(super) fn add_directly_visible_radiance(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
             self.direct += radiance;
         }
@@ -70,7 +70,7 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn end_on_wireframe_edge(&mut self, path: &mut PathState<R>, edge: R::Vec3) {
         let shown = path.throughput * edge;
         path.radiance += shown;
-        self.record_direct_radiance(true, shown);
+        self.add_directly_visible_radiance(true, shown);
         self.first_hit
             .iter_mut()
             .for_each(|first| first.albedo = [0.0; 3]);
@@ -89,7 +89,7 @@ impl<R: Real> PathTracer<'_, R> {
         if self.hits_lights_by_chance(path)
             && let Some(density) = lights
                 .sky_sampler()
-                .and_then(|sampler| sampler.small_part_density())
+                .and_then(|sampler| sampler.bright_region_density())
         {
             self.counters.unaided += 1;
             self.counters.found += u64::from(
@@ -97,7 +97,7 @@ impl<R: Real> PathTracer<'_, R> {
             );
         }
         sky_sample.radiance
-            * self.scattering_mis_weight(path, LightId::Sky, |probability| {
+            * self.bsdf_sampling_mis_weight(path, LightId::Sky, |probability| {
                 lights.sky_density(direction, sky_sample.image_coordinates, probability)
             })
     }
@@ -113,7 +113,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// probability of choosing that light to the density with which light sampling samples the hit
     /// point.
     #[inline(always)]
-    fn scattering_mis_weight(
+    fn bsdf_sampling_mis_weight(
         &self,
         path: &PathState<R>,
         light: LightId,

@@ -7,7 +7,7 @@ use raywright_bvh::{Hit, Real, Vector};
 
 use super::super::spawn::round_direction;
 use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_bsdf_for_light};
-use super::mixture::MixtureSurface;
+use super::mixture_material::MixtureSurface;
 use super::scatter::ScatteredRay;
 use super::vertices::{LitSides, VertexLanes, VertexList, WavefrontSlice};
 use super::{PathState, PathTracer, classic};
@@ -239,7 +239,7 @@ impl<R: Real> PathTracer<'_, R> {
         let straight = L::COATED
             && bsdf_sample.delta
             && through
-            && material.is_thin()
+            && material.is_thin_wall()
             && material.blocks_straight_rays();
         vertex_response.set_bsdf_sample(vertex.lane, &bsdf_sample);
         ScatteredRay {

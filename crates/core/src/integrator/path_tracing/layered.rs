@@ -39,7 +39,7 @@ impl<R: Real> PathTracer<'_, R> {
             boundary = ConstantIor::new(self.relative_ior(path, interaction, &context));
             ior = boundary.ior;
         } else if base.glass.is_some() && layered.ior > 0.0 {
-            ior = ior_at_wavelength(ior, layered.ior, path_wavelength::<R>(path));
+            ior = ior_at_wavelength(ior, layered.ior, get_or_sample_wavelength::<R>(path));
         }
         if let Some(glass) = &mut base.glass {
             glass.ior = ior;
@@ -88,7 +88,7 @@ struct LayerInputReader<'a, R: Real> {
 }
 
 impl<R: Real> LayerFieldEvaluator<InputFieldTypes<R>, R> for LayerInputReader<'_, R> {
-    fn eval_share(&self, input: &InputProduct<R>) -> R {
+    fn eval_unit_number(&self, input: &InputProduct<R>) -> R {
         Real::clamp(
             input.eval_number(&self.context).max(R::ZERO),
             R::ZERO,
@@ -161,7 +161,7 @@ impl<R: Real> LayerFieldEvaluator<InputFieldTypes<R>, R> for LayerInputReader<'_
 
 /// Returns the path's wavelength in nanometres. A path that still carries all wavelengths samples
 /// one here; its throughput is multiplied by the weight of that wavelength.
-pub(super) fn path_wavelength<R: Real>(path: &mut PathState<R>) -> f64 {
+pub(super) fn get_or_sample_wavelength<R: Real>(path: &mut PathState<R>) -> f64 {
     *path.wavelength.get_or_insert_with(|| {
         let [u, _] = sample_2d(
             SampleAddress {

@@ -76,7 +76,7 @@ impl<R: Real> PathTracer<'_, R> {
             (self.scene, MediumStack::default(), MediumStack::default());
         let mut segment =
             PathSegment::from_ray(scene.camera.generate_ray(R::ZERO, R::ZERO, [0.5; 2]));
-        if scene.camera.skipped_distance() != R::ZERO {
+        if scene.camera.eye_to_origin_distance() != R::ZERO {
             return around;
         }
         for _ in 0..MOST_CROSSINGS {

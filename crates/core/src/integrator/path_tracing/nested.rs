@@ -11,7 +11,7 @@
 
 use raywright_bvh::Real;
 
-use super::layered::path_wavelength;
+use super::layered::get_or_sample_wavelength;
 use super::{MediumStack, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::MetallicRoughness;
@@ -94,7 +94,11 @@ impl<R: Real> PathTracer<'_, R> {
                     .map_or(0.0, |index| self.scene.layers[index as usize].ior);
                 let ior = m.dielectric_boundary_at(context).ior;
                 if dispersion > 0.0 {
-                    crate::material::ior_at_wavelength(ior, dispersion, path_wavelength::<R>(path))
+                    crate::material::ior_at_wavelength(
+                        ior,
+                        dispersion,
+                        get_or_sample_wavelength::<R>(path),
+                    )
                 } else {
                     ior
                 }

@@ -131,10 +131,10 @@ pub(super) struct ShadowRayLanes<R: Real> {
     /// light's surface.
     pub length: LaneColumn<R>,
     /// Whether the ray's origin lies on the side of the vertex's surface to which the ray points.
-    /// The triangle of the vertex may then be named in [`RayEnds`](raywright_bvh::RayEnds).
+    /// The triangle of the vertex may then be named in [`RayEndTriangles`](raywright_bvh::RayEndTriangles).
     pub leaves: LaneColumn<bool>,
     /// Whether the ray's end lies on the side of the light's surface from which the ray arrives.
-    /// The light's triangles may then be named in [`RayEnds`](raywright_bvh::RayEnds).
+    /// The light's triangles may then be named in [`RayEndTriangles`](raywright_bvh::RayEndTriangles).
     pub reaches: LaneColumn<bool>,
 }
 

@@ -1,6 +1,6 @@
 //! Visibility of the light sampled at a vertex: shadow rays and their transmittance.
 
-use raywright_bvh::{Hit, Interval, Ray, RayEnds, Real, Vector};
+use raywright_bvh::{Hit, Interval, Ray, RayEndTriangles, Real, Vector};
 
 use super::super::PathSegment;
 use super::super::shadow::TransmittanceProduct;
@@ -46,7 +46,8 @@ impl<R: Real> PathTracer<'_, R> {
                     get_lane_vector::<R>(&shaded.shadow.directions, lane),
                 )
                 .with_time(interaction.time);
-                let ends = self.ray_ends(slice.hits[index].as_ref(), light, (&shaded.shadow, lane));
+                let ends =
+                    self.shadow_ray_ends(slice.hits[index].as_ref(), light, (&shaded.shadow, lane));
                 self.shadow_transmittance(
                     (&ray, &ends),
                     Interval {
@@ -80,13 +81,13 @@ impl<R: Real> PathTracer<'_, R> {
     /// Returns the triangles that a shadow ray leaves and reaches, and therefore certainly does not
     /// cross.
     #[inline(always)]
-    fn ray_ends(
+    fn shadow_ray_ends(
         &self,
         hit: Option<&Hit<R>>,
         light: LightId,
         (shadow, lane): (&ShadowRayLanes<R>, usize),
-    ) -> RayEnds {
-        let mut ends = RayEnds::NONE;
+    ) -> RayEndTriangles {
+        let mut ends = RayEndTriangles::NONE;
         if !self.has_triangle_ends {
             return ends;
         }
@@ -194,7 +195,7 @@ impl<R: Real> PathTracer<'_, R> {
             };
         }
         self.shadow_transmittance(
-            (&ray.with_time(interaction.time), &RayEnds::NONE),
+            (&ray.with_time(interaction.time), &RayEndTriangles::NONE),
             range,
             Some(&light.target),
             sizeless,
@@ -210,14 +211,14 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline(always)]
     fn shadow_transmittance(
         &mut self,
-        (ray, ends): (&Ray<R>, &RayEnds),
+        (ray, ends): (&Ray<R>, &RayEndTriangles),
         range: Interval<R>,
         target: Option<&ShadowRayTarget<R>>,
         sizeless: bool,
     ) -> R {
         self.counters.shadow += 1;
         let mut product = TransmittanceProduct::default();
-        let blocked = self.scene.geometry.occluded_between(
+        let blocked = self.scene.geometry.occluded_with_ray_ends(
             ray,
             range,
             ends,

@@ -148,7 +148,7 @@ impl<R: Real> VertexLanes<R> {
 
     /// Sets the material model of the common surface in a lane.
     #[inline(always)]
-    pub fn set_model(&mut self, lane: usize, model: &MetallicRoughness<R>) {
+    pub fn set_material_model(&mut self, lane: usize, model: &MetallicRoughness<R>) {
         set_lane_vector::<R>(&mut self.base, lane, model.base);
         let terms = [
             model.metallic,

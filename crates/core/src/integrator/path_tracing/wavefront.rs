@@ -3,14 +3,14 @@
 //! rays, sky and surfaces each have the caches to themselves. The bits of a path do not depend on
 //! other paths.
 
-use raywright_bvh::{Hit, Interval, RayEnds, Real, Vector, run_widest};
+use raywright_bvh::{Hit, Interval, RayEndTriangles, Real, Vector, run_widest};
 
 use super::super::{CameraRays, PACKET, PacketHits, PathResult, PathResults};
 use super::bsdf_lanes::{BsdfLanes, BsdfTask};
-use super::gather::VertexQueues;
 use super::light::SampledLights;
 use super::scatter::ScatteredRay;
 use super::shade::ShadedLanes;
+use super::vertex_queues::VertexQueues;
 use super::vertices::{VertexLanes, WavefrontSlice};
 use super::{PathState, PathTracer, VertexSamples};
 use crate::interaction::Interaction;
@@ -125,13 +125,13 @@ impl<R: Real> PathTracer<'_, R> {
         } else {
             self.min_distances.secondary
         };
-        self.scene.geometry.closest_between(
+        self.scene.geometry.closest_with_ray_ends(
             &path.segment.ray,
             Interval {
                 min,
                 max: R::INFINITY,
             },
-            &RayEnds::leaving(path.start),
+            &RayEndTriangles::from_start(path.start),
             &mut (),
         )
     }
@@ -458,7 +458,7 @@ impl<R: Real> PathTracer<'_, R> {
         let share = |path: &PathState<R>| {
             self.scene
                 .clamp
-                .map(|maximum| clamp_factor::<R>(path.radiance, maximum))
+                .map(|maximum| radiance_clamp_factor::<R>(path.radiance, maximum))
         };
         for (direct, path) in directs.iter_mut().zip(&wave.paths) {
             *direct = *direct * share(path).unwrap_or(R::ONE) + self.scene.veil;
@@ -492,7 +492,7 @@ fn remove_ended_paths<R: Real>(
 
 /// Returns the factor that reduces the brightest channel of a radiance to `maximum`; 1 if it is
 /// below.
-fn clamp_factor<R: Real>(radiance: R::Vec3, maximum: R) -> R {
+fn radiance_clamp_factor<R: Real>(radiance: R::Vec3, maximum: R) -> R {
     let brightest = radiance.max_element();
     if brightest > maximum {
         maximum / brightest

@@ -6,7 +6,7 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::super::spawn::round_direction;
 use super::WhittedTracer;
 use super::state::{SecondaryRay, SecondaryRays, WhittedState};
-use crate::interaction::{Interaction, LightInputs};
+use crate::interaction::{Interaction, LightVariableValues};
 use crate::light::{DeltaLight, LightSample};
 use crate::material::Glass;
 use crate::prepare::{ClassicInputs, ReflectionInputs, SpecularInputs, TransmissionInputs};
@@ -41,7 +41,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             reflects && !matched && segments == 1 && self.scene.rules.local_only_at_limit;
         let colour = m.colour.eval_colour(&context);
         if is_local_only || !m.local.is_zero() {
-            let local = self.eval_local_term(m, &mut context, colour, address);
+            let local = self.eval_local_illumination(m, &mut context, colour, address);
             let weight = if is_local_only {
                 R::ONE
             } else {
@@ -56,7 +56,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         {
             let emitted = throughput * emission.eval_colour(&context);
             *radiance += emitted;
-            self.record_direct_radiance(path.is_camera_ray, emitted);
+            self.add_directly_visible_radiance(path.is_camera_ray, emitted);
         }
         if is_local_only {
             return path.start_segment([None; 2]);
@@ -145,7 +145,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// Σ specular, and rim. Stores the direction and the shadow of the first light in `context`,
     /// for expressions of reflection weights.
     #[inline(always)]
-    fn eval_local_term(
+    fn eval_local_illumination(
         &mut self,
         m: &ClassicInputs<R>,
         context: &mut ShadingContext<'_, R>,
@@ -186,7 +186,7 @@ impl<R: Real> WhittedTracer<'_, R> {
                 gloss += tint * (highlight * share * s.strength.eval_number(context));
             }
             first.get_or_insert(context.light_inputs);
-            context.light_inputs = LightInputs::default();
+            context.light_inputs = LightVariableValues::default();
         }
         if !m.diffuse.is_zero()
             && let Some((drawn_light_sample, share)) = self.sample_emitter(interaction, address)

@@ -87,12 +87,12 @@ impl<R: Real> WhittedTracer<'_, R> {
         {
             let emitted = emission.multiply_colour(&context, throughput);
             *radiance += emitted;
-            self.record_direct_radiance(path.is_camera_ray, emitted);
+            self.add_directly_visible_radiance(path.is_camera_ray, emitted);
         }
         if m.unlit {
             let shown = throughput * m.base_colour_at(&context);
             *radiance += shown;
-            self.record_direct_radiance(path.is_camera_ray, shown);
+            self.add_directly_visible_radiance(path.is_camera_ray, shown);
             return path.start_segment([None; 2]);
         }
         let model = m.metallic_roughness_at(&context);

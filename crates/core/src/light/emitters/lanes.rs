@@ -2,8 +2,8 @@
 
 use raywright_bvh::{Real, SimdTask, SurfacePoint, Vector, run_widest};
 
+use super::emitter_point::{EmitterPoint, PointDensity, side_sign};
 use super::list::Emitter;
-use super::point::{EmitterPoint, PointDensity, side_sign};
 use crate::light::lanes::{
     LANES, LaneColumn, LightSampleLanes, SurfaceLanes, Vec3Column, get_lane_vector, set_lane_vector,
 };

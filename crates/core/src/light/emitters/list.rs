@@ -4,7 +4,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Quad, TransformedShape, Triangle};
 use raywright_bvh::{Real, Side, TriangleSlot, Vector};
 
-use super::cells::{EmissionCellTable, TriangleCells, estimate_cell_bytes};
+use super::emission_cells::{EmissionCellTable, TriangleCells, estimate_cell_bytes};
 use crate::light::Polygon;
 
 /// World-space geometry of an emitter.

@@ -4,10 +4,10 @@ use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
 use raywright_bvh::{Real, Side, Surface, SurfacePoint, Vector};
 
-use super::cells::triangle_to_square;
+use super::emission_cells::triangle_to_square;
+use super::emitter_point::{EmitterDirection, EmitterPoint, PointDensity, side_sign};
 use super::lanes::EmitterLanes;
 use super::list::{Emitter, EmitterShape};
-use super::point::{EmitterDirection, EmitterPoint, PointDensity, side_sign};
 use super::{EmitterStrategy, Emitters};
 use crate::light::lanes::{LANES, LightSampleLanes, ShadowRayTargetKind};
 use crate::light::polygon::PolygonSample;

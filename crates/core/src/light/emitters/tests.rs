@@ -58,7 +58,7 @@ fn m10_powers_of_any_size_are_drawn_in_their_share() {
         let mut powers = all;
         powers.rotate_left(turn);
         let lights = lights(&powers);
-        assert_eq!((lights.len(), lights.lit_count()), (4, 3));
+        assert_eq!((lights.len(), lights.powered_count()), (4, 3));
         assert_eq!(drawn(&lights, 0.0, 1.0, 10_000), 0);
         assert!(drawn(&lights, 1e30, 1.0, 10_000) >= 9_999);
         let pick = [[0.0; 2], [0.5; 2], [1.0_f32.next_down(); 2]]

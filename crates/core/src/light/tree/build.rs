@@ -101,7 +101,7 @@ impl LightCluster {
     }
 
     fn union(&self, other: &Self) -> Self {
-        let (axis, normals) = enclose_normals([&self.bounds, &other.bounds]);
+        let (axis, normals) = enclosing_normal_cone([&self.bounds, &other.bounds]);
         let bounds = LightBounds {
             bounding_box: self.bounds.bounding_box.union(other.bounds.bounding_box),
             axis,
@@ -140,7 +140,7 @@ impl LightCluster {
 
 /// Returns the axis and half-angle in radians of a cone around the normals of two groups. The cone
 /// is nearly the smallest.
-fn enclose_normals([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
+fn enclosing_normal_cone([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
     let (wide, narrow) = if a.normal_angle >= b.normal_angle {
         (a, b)
     } else {
@@ -187,7 +187,7 @@ fn split_group(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usi
             let at = |leaf: &LightLeaf| leaf.bounds.bounding_box.centre()[along];
             at(a)
                 .total_cmp(&at(b))
-                .then(sort_key(a.light).cmp(&sort_key(b.light)))
+                .then(light_sort_key(a.light).cmp(&light_sort_key(b.light)))
         });
         middle
     };
@@ -260,7 +260,7 @@ fn split_costs(bins: &[Option<LightCluster>; BINS]) -> [Option<f64>; BINS - 1] {
 
 /// Returns a sort key that fixes the order of lights at equal positions: such lights are always
 /// split the same way.
-fn sort_key(light: LightId) -> (u8, u32) {
+fn light_sort_key(light: LightId) -> (u8, u32) {
     match light {
         LightId::Delta(i) => (0, i),
         LightId::Emitter(i) => (1, i),

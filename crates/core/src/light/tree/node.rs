@@ -94,7 +94,7 @@ fn bounding_sphere(group: &LightCluster) -> (DVec3, f64) {
 /// `greatest` alone would overrate balls at the horizon, which receive little or no light: a third
 /// more samples of lights on a ball would contribute nothing.
 #[inline(always)]
-fn mean_cosine(middle: f32, greatest: f32) -> f32 {
+fn approximate_mean_cosine(middle: f32, greatest: f32) -> f32 {
     fast_max(fast_min(fast_max(middle, 0.5 * greatest), 1.0), MARGIN)
 }
 
@@ -189,7 +189,8 @@ impl LightNode {
             };
             let facing = level - (normal.x * x + normal.y * y + normal.z * z) * inverse;
             let (leaving, arriving) = (beyond + ball, facing + ball);
-            let cosines = mean_cosine(beyond, leaving) * mean_cosine(facing, arriving);
+            let cosines = approximate_mean_cosine(beyond, leaving)
+                * approximate_mean_cosine(facing, arriving);
             let sent = self.power[i] * cosines * (inverse * inverse);
             let lit = (leaving > self.emission[i]) & (arriving > -MARGIN);
             *importance = if lit { sent } else { 0.0 };

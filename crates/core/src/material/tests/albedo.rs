@@ -9,7 +9,7 @@ use super::super::albedo::{
 };
 use super::super::fresnel::schlick_weight;
 use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
-use super::super::lobe_kind::sample_disk;
+use super::super::lobe_traits::sample_disk;
 use super::numbers;
 use glam::DVec3;
 

@@ -3,13 +3,13 @@
 
 use core::f64::consts::TAU;
 
-use super::super::boundary::{
+use super::super::fresnel::fresnel_dielectric_in_air;
+use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
+use super::super::lobe_traits::sample_disk;
+use super::super::rough_boundary_tables::{
     BoundaryTable, LOSS_STEPS, MOST_INDEX, REFLECTION_STEPS, UNIT, fresnel_albedo,
     single_scattering_loss, smooth_mean_reflectance,
 };
-use super::super::fresnel::fresnel_dielectric_in_air;
-use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
-use super::super::lobe_kind::sample_disk;
 use super::super::*;
 use super::{NORMAL, WHITE, chi_squared, direction_at, furnace, numbers};
 use glam::DVec3;

@@ -1,6 +1,6 @@
 //! Layered surfaces: samples against densities, reciprocity, energy conservation, and closed forms.
 
-use super::super::film::thin_film_reflectance;
+use super::super::thin_film::thin_film_reflectance;
 use super::super::*;
 use super::{NORMAL, WHITE, chi_squared, direction_at, furnace, numbers};
 use crate::number::{Lanes, Mask, Number, Vector3};

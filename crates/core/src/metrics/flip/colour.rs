@@ -74,7 +74,7 @@ pub(super) fn to_hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
         let xyz = DVec3::new(y + f64::from(*cx) / 500.0, y, y - f64::from(*cz) / 200.0) * white;
         let rgb = (to_rgb * xyz).clamp(DVec3::ZERO, DVec3::ONE);
         let relative = RGB_TO_XYZ * rgb / white;
-        let [x, y, z] = relative.to_array().map(lab_curve);
+        let [x, y, z] = relative.to_array().map(lab_lightness_function);
         let lightness = 116.0 * y - 16.0;
         let hunt = 0.01 * lightness;
         [lightness, 500.0 * (x - y) * hunt, 200.0 * (y - z) * hunt].map(|x| x as f32)
@@ -89,7 +89,7 @@ pub(super) fn to_hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
 }
 
 /// Lightness function of L*a*b*: a cube root, and linear near black (CIE 15:2004).
-fn lab_curve(t: f64) -> f64 {
+fn lab_lightness_function(t: f64) -> f64 {
     const DELTA: f64 = 6.0 / 29.0;
     if t > DELTA * DELTA * DELTA {
         libm::cbrt(t)

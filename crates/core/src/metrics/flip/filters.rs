@@ -128,7 +128,7 @@ fn contrast_kernels(
         .into_iter()
         .filter(|&(a, _)| a > 0.0)
         .map(|(a, b)| {
-            let taps = sample_taps(radius, |x| {
+            let taps = sample_kernel_weights(radius, |x| {
                 Real::exp(-PI * PI * (x / pixels_per_degree) * (x / pixels_per_degree) / b)
             });
             let sum: f64 = taps.iter().sum();
@@ -144,7 +144,7 @@ fn contrast_kernels(
 }
 
 /// Returns the values of a function at the whole numbers from −`radius` to `radius`.
-fn sample_taps(radius: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
+fn sample_kernel_weights(radius: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
     let radius = radius as i32;
     (-radius..=radius).map(|x| f(f64::from(x))).collect()
 }
@@ -181,9 +181,9 @@ impl FeatureDetectors {
         let radius = (3.0 * deviation).ceil();
         let gaussian = |x: f64| Real::exp(-x * x / (2.0 * deviation * deviation));
         Self {
-            smooth: balance_taps(sample_taps(radius, gaussian)),
-            edge: balance_taps(sample_taps(radius, |x| -x * gaussian(x))),
-            point: balance_taps(sample_taps(radius, |x| {
+            smooth: normalize_signed_kernel(sample_kernel_weights(radius, gaussian)),
+            edge: normalize_signed_kernel(sample_kernel_weights(radius, |x| -x * gaussian(x))),
+            point: normalize_signed_kernel(sample_kernel_weights(radius, |x| {
                 (x * x / (deviation * deviation) - 1.0) * gaussian(x)
             })),
         }
@@ -216,7 +216,7 @@ impl FeatureDetectors {
 }
 
 /// Scales kernel weights so that the positive weights sum to 1 and the negative weights to −1.
-fn balance_taps(taps: Vec<f64>) -> Vec<f32> {
+fn normalize_signed_kernel(taps: Vec<f64>) -> Vec<f32> {
     let positive: f64 = taps.iter().filter(|&&x| x > 0.0).sum();
     let negative: f64 = -taps.iter().filter(|&&x| x < 0.0).sum::<f64>();
     taps.into_iter()

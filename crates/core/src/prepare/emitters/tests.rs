@@ -160,7 +160,7 @@ fn a_hit_finds_its_emitter() {
     )
     .expect("a scene");
     let (lookup, emitters) = (SceneLookup::new(&scene), found(&scene));
-    assert_eq!((emitters.len(), emitters.lit_count()), (10, 7));
+    assert_eq!((emitters.len(), emitters.powered_count()), (10, 7));
     let built = build_geometry::<f32>(&scene, &lookup, AcceleratorKind::Linear, &())
         .expect("it can be built");
     let emitter_at = |x: f32, z: f32| {
@@ -250,7 +250,7 @@ fn halves_of_a_quad_are_one_light() {
         assert_eq!(
             (
                 halves.len(),
-                halves.lit_count(),
+                halves.powered_count(),
                 halves.emitter_index_of(0, 0),
                 halves.emitter_index_of(0, 1),
                 halves.emitter_index_of(0, 2)

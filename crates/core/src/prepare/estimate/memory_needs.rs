@@ -9,10 +9,10 @@ use raywright_bvh::{Geometry, GeometryMemory, Real};
 use crate::affine::affine_from_steps;
 use crate::extent::MeshUseCounts;
 use crate::generate::objects_with_counts;
-use crate::light::max_table_bytes;
+use crate::light::max_sky_table_bytes;
 use crate::lookup::SceneLookup;
 use crate::motion::object_transforms_at_ends;
-use crate::prepare::emitter_filter::{Emission, EmitterFilter};
+use crate::prepare::emitter_filter::{EmitterFilter, MaterialEmission};
 use crate::prepare::emitters::emission_grid_size;
 use crate::prepare::tangents::{TangentKey, tangent_key};
 use crate::scene::{
@@ -135,7 +135,7 @@ impl MemoryNeeds {
             self.images += lookup
                 .image(&map.image)
                 .and_then(|image| image.data.as_ref())
-                .map_or(0, max_table_bytes);
+                .map_or(0, max_sky_table_bytes);
         }
     }
 }
@@ -175,7 +175,7 @@ impl<'a> MemoryCounter<'a> {
         if emission.is_some() {
             self.needs.add_lamps(triangles);
         }
-        if emission == Some(Emission::Varying) {
+        if emission == Some(MaterialEmission::Varying) {
             self.needs.varying_emission[0] =
                 self.needs.varying_emission[0].saturating_add(triangles);
         }

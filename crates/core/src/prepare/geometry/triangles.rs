@@ -5,7 +5,7 @@ use raywright_bvh::{PrimitiveSet, Real, Vector, Visibility};
 
 use super::CANCEL_CHECK_INTERVAL;
 use crate::observer::Observer;
-use crate::prepare::collapse::{round_to_scalar, shape_collapses};
+use crate::prepare::collapsed_shapes::{round_to_scalar, shape_collapses};
 use crate::prepare::error::{PrepareError, check_cancelled};
 use crate::scene::{MeshData, Shape};
 

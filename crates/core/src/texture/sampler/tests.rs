@@ -319,7 +319,7 @@ fn equal_footprints_read_equal_texels() {
                 factor: other.factor * 0.5,
                 ..*other
             };
-            assert_eq!(one.shares_footprint(&darker), i == k, "{one:?} {other:?}");
+            assert_eq!(one.has_same_footprint(&darker), i == k, "{one:?} {other:?}");
             let equal = |uv: [f64; 2]| {
                 darker.filter_texels(&image, &codes, &one.texel_footprint(&image, uv))
                     == darker.sample_level(&image, &codes, darker.transform_uv(uv))
@@ -384,13 +384,13 @@ fn equal_footprints() {
     for (i, (other, equal)) in others.iter().enumerate() {
         assert_eq!(
             (
-                plain.shares_footprint(other),
-                other.shares_footprint(&plain)
+                plain.has_same_footprint(other),
+                other.has_same_footprint(&plain)
             ),
             (*equal, *equal),
             "{i}"
         );
-        assert!(other.shares_footprint(other), "{i}");
+        assert!(other.has_same_footprint(other), "{i}");
         // Equal footprints are claimed only where they are equal everywhere about the image.
         for place in (-20..=30).map(|i| 0.1 * f64::from(i) + 0.013) {
             let found = [&plain, other].map(|use_of| {

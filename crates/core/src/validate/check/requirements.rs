@@ -1,8 +1,8 @@
 //! Checks of single values: numbers, lengths, points, directions and colours.
 
-use super::{GREATEST, GREATEST_INTENSITY, SceneCheck};
+use super::{MAX_LIGHT_INTENSITY, MAX_MAGNITUDE, SceneCheck};
 use crate::scene::{Colour, Triple};
-use crate::validate::{FARTHEST, SMALLEST};
+use crate::validate::{MAX_COORDINATE, MIN_LENGTH};
 
 /// Shortest direction. The squared length of a shorter direction does not fit an `f64`.
 const SHORTEST_DIRECTION: f64 = 1e-100;
@@ -54,12 +54,12 @@ impl SceneCheck<'_> {
     pub fn require_finite(&mut self, key: &str, value: f64) {
         if !value.is_finite() {
             self.report_value(key, format_args!("must be a finite number, not {value}"));
-        } else if value.abs() > GREATEST {
+        } else if value.abs() > MAX_MAGNITUDE {
             self.report_value(
                 key,
                 format_args!(
-                    "must be from {:e} to {GREATEST:e}, not {value:e}",
-                    -GREATEST
+                    "must be from {:e} to {MAX_MAGNITUDE:e}, not {value:e}",
+                    -MAX_MAGNITUDE
                 ),
             );
         }
@@ -78,25 +78,27 @@ impl SceneCheck<'_> {
     pub fn require_length(&mut self, key: &str, value: f64) {
         if value <= 0.0 {
             self.report_value(key, format_args!("must be above zero, not {value}"));
-        } else if !(SMALLEST..=FARTHEST).contains(&value) {
+        } else if !(MIN_LENGTH..=MAX_COORDINATE).contains(&value) {
             self.report_value(
                 key,
-                format_args!("must be from {SMALLEST:e} to {FARTHEST:e}, not {value:e}"),
+                format_args!("must be from {MIN_LENGTH:e} to {MAX_COORDINATE:e}, not {value:e}"),
             );
         }
     }
 
-    /// Checks that a point is finite and within [`FARTHEST`] of the origin on each axis.
+    /// Checks that a point is finite and within [`MAX_COORDINATE`] of the origin on each axis.
     pub fn require_point(&mut self, key: &str, point: Triple) {
         if point.iter().any(|x| !x.is_finite()) {
             self.report_value(
                 key,
                 format_args!("must be three finite numbers, not {}", format_list(&point)),
             );
-        } else if point.iter().any(|x| x.abs() > FARTHEST) {
+        } else if point.iter().any(|x| x.abs() > MAX_COORDINATE) {
             self.report_value(
                 key,
-                format_args!("must lie within {FARTHEST:e} world units of the origin on each axis"),
+                format_args!(
+                    "must lie within {MAX_COORDINATE:e} world units of the origin on each axis"
+                ),
             );
         }
     }
@@ -126,15 +128,15 @@ impl SceneCheck<'_> {
         }
     }
 
-    /// Checks that a colour has no negative channel and none above [`GREATEST`].
+    /// Checks that a colour has no negative channel and none above [`MAX_MAGNITUDE`].
     pub fn require_not_negative_colour(&mut self, key: &str, colour: Colour) {
-        self.require_colour_up_to(key, colour, GREATEST);
+        self.require_colour_up_to(key, colour, MAX_MAGNITUDE);
     }
 
     /// Checks the intensity of a light with inverse-square falloff. It may be as large as
-    /// [`GREATEST_INTENSITY`], because the falloff bounds the irradiance.
+    /// [`MAX_LIGHT_INTENSITY`], because the falloff bounds the irradiance.
     pub fn require_intensity(&mut self, key: &str, colour: Colour) {
-        self.require_colour_up_to(key, colour, GREATEST_INTENSITY);
+        self.require_colour_up_to(key, colour, MAX_LIGHT_INTENSITY);
     }
 
     /// Checks that a colour has no negative channel and none above a limit.

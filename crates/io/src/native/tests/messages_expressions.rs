@@ -125,7 +125,7 @@ error: `t` cannot be the name of a parameter
 3 | t = 1
   | ^
   |
-  = help: `t` is the time of the scene
+  = help: `t` already stands for the time of the scene; choose another name
 "#,
     );
 }

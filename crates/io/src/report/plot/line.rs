@@ -42,7 +42,7 @@ impl PlotLine {
     }
 
     /// Draws the line with its points and their error bars.
-    pub(super) fn draw(&self, svg: &mut String, frame: &PlotScales) {
+    pub(super) fn draw_line(&self, svg: &mut String, frame: &PlotScales) {
         let mut path = String::new();
         for (i, point) in self.points.iter().enumerate() {
             let _ = write!(

@@ -1,8 +1,8 @@
 //! Cells of the tables: an artificial report, and its figures in text tables and CSV.
 
 use raywright_core::accuracy::{
-    BaselineReport, EffectCost, EffectCosts, LadderCostReport, OutputFormatReport, Recommendations,
-    ReferenceReport, RungCost, RungCostReport, SettingErrors, TileReport,
+    EffectCost, EffectCosts, LadderCostReport, MeasuredBaseline, OutputFormatReport,
+    Recommendations, ReferenceReport, RungCost, RungCostReport, SettingErrors, TileReport,
 };
 use raywright_core::bench::SampleQuantiles;
 
@@ -227,7 +227,7 @@ fn figures_of_rungs() {
         !text.contains("slower and less exact") && !text.contains("below:"),
         "{text}"
     );
-    report.base = Some(BaselineReport {
+    report.base = Some(MeasuredBaseline {
         samples: 16,
         measured: seen(),
     });
@@ -246,7 +246,7 @@ fn figures_of_rungs() {
         "slower and less exact than the rung in use: a=quick"
     );
     assert!(!text.contains("  quick"), "{text}");
-    report.combinations = vec![FrontierSetting {
+    report.combinations = vec![MeasuredSettingWithFlags {
         flags: vec!["--rung samples=4".to_owned(), "--rung clamp=1".to_owned()],
         measured: seen(),
     }];
@@ -275,7 +275,7 @@ fn what_to_do_comes_first() {
         report(),
         raywright_core::Settings::from_scene(&loaded.scene),
     );
-    let candidate = |flags: &[&str]| FrontierSetting {
+    let candidate = |flags: &[&str]| MeasuredSettingWithFlags {
         flags: flags.iter().map(|&flag| flag.to_owned()).collect(),
         measured: seen(),
     };
@@ -325,7 +325,7 @@ fn the_page_says_the_same() {
     );
     let mut lost = seen();
     lost.errors.relmse.low = 0.0;
-    let candidate = |flag: &str, measured| FrontierSetting {
+    let candidate = |flag: &str, measured| MeasuredSettingWithFlags {
         flags: vec![flag.to_owned()],
         measured,
     };

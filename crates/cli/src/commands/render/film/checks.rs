@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use raywright_core::film::PartError;
+use raywright_core::film::FilmMergeError;
 use raywright_io::output::PictureMetadata;
 use raywright_io::{Error, InputFiles};
 
@@ -86,9 +86,9 @@ pub fn refuse_other_version(path: &Path, metadata: &PictureMetadata) -> Result<(
 }
 
 /// Creates the failure for a film file that cannot be resumed or replayed with these flags.
-pub fn wrong_film_failure(path: &Path, error: PartError) -> Failure {
+pub fn wrong_film_failure(path: &Path, error: FilmMergeError) -> Failure {
     match error {
-        PartError::Foreign { label, .. } => {
+        FilmMergeError::Foreign { label, .. } => {
             let error = Error::invalid_input(
                 path.display(),
                 format_args!("the film belongs to another picture: the {label} differs"),
@@ -97,7 +97,7 @@ pub fn wrong_film_failure(path: &Path, error: PartError) -> Failure {
                 .with_hint("give the scene and flags that the film was made with; only --spp may be larger")
                 .into()
         }
-        PartError::Samples {
+        FilmMergeError::Samples {
             has,
             requested,
             least: minimum,

@@ -83,7 +83,9 @@ impl<'a> FilmSession<'a> {
                 ));
                 return Err(error.with_hint("choose fewer shares").into());
             }
-            Some(PictureShare { number, of: total }) => whole.nth_share(number - 1, total),
+            Some(PictureShare { number, of: total }) => {
+                whole.split_into_nth_subset(number - 1, total)
+            }
             None => whole,
         };
         let kept_film = StoredFilm {
@@ -232,7 +234,7 @@ impl<'a> FilmSession<'a> {
             && clock.total_seconds() > 1.1 * budget
         {
             notes.add_hint(format!(
-                "the budget of {} is too short for one pass over the picture, which ended after {}; a smaller --size takes less time",
+                "the budget of {} is too short for the first pass over the picture, which ended after {}; give a larger --budget or a smaller --size",
                 format_duration(budget),
                 format_duration(clock.total_seconds())
             ));

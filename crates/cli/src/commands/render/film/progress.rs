@@ -75,7 +75,7 @@ impl FilmSession<'_> {
         error: Option<Uncertainty>,
     ) -> String {
         let ([picture, pictures], (seconds, left)) =
-            (progress.piece_counts(), progress.elapsed_and_left());
+            (progress.work_piece_counts(), progress.elapsed_and_left());
         let samples = self.kept_film.film.sample_range(&self.part);
         let pass = ProgressLine {
             format: PROGRESS_FORMAT,

@@ -2,7 +2,7 @@
 
 use raywright_core::RenderOutput;
 use raywright_core::denoise::FEWEST_SAMPLES;
-use raywright_core::film::{Doubt, ErrorEstimate, Film, Uncertainty};
+use raywright_core::film::{ErrorEstimate, EstimateDoubt, Film, Uncertainty};
 use raywright_core::settings::Settings;
 
 use crate::notes::Notes;
@@ -35,22 +35,24 @@ pub fn report_error(
         .unwrap_or_default();
     let phrase = match noisy.doubt {
         None => format!("error {}", format_with_interval(noisy.root_relmse)),
-        Some(Doubt::FewSamples) => format!("error about {about}"),
-        Some(Doubt::FewPixels | Doubt::WideInterval | Doubt::LightByChance) => {
+        Some(EstimateDoubt::FewSamples) => format!("error about {about}"),
+        Some(
+            EstimateDoubt::FewPixels | EstimateDoubt::WideInterval | EstimateDoubt::LightByChance,
+        ) => {
             format!("not converged, error about {about}")
         }
     };
     match noisy.doubt {
-        None | Some(Doubt::FewSamples) => {}
-        Some(Doubt::FewPixels) if noisy.root_relmse.high == 0.0 => {
+        None | Some(EstimateDoubt::FewSamples) => {}
+        Some(EstimateDoubt::FewPixels) if noisy.root_relmse.high == 0.0 => {
             notes.add_warning("not converged: rays were sent to lamps or to the sky, and no sample found light; a larger --spp may find some");
         }
-        Some(Doubt::FewPixels | Doubt::WideInterval) => notes.add_warning(format!(
-            "not converged: a few pixels have most of the noise ({noise}), as in places where light is rarely found; a larger --spp finds it more often"
+        Some(EstimateDoubt::FewPixels | EstimateDoubt::WideInterval) => notes.add_warning(format!(
+            "not converged: a few pixels have most of the noise ({noise}), because light is rarely found there; a larger --spp finds such light more often"
         )),
-        Some(Doubt::LightByChance) => notes.add_warning(format!(
-            "not converged: lamps and suns that shine by mirrors or through glass are hit by chance, and only {} of {} such paths hit one ({noise}); \
-             a larger --spp hits more",
+        Some(EstimateDoubt::LightByChance) => notes.add_warning(format!(
+            "not converged: paths by mirrors or through glass hit lamps and suns only by chance, and only {} of {} such paths hit one ({noise}); \
+             a larger --spp hits them more often",
             film.counters().found,
             film.counters().unaided
         )),
@@ -90,7 +92,7 @@ pub fn describe_shortfall(
 /// Describes why more samples were taken after the error estimate first fell below the target
 /// error; `None` if none were.
 fn describe_doubted_progress(film: &Film, requested: f64) -> Option<String> {
-    let first = film.rejected_stop()?;
+    let first = film.first_doubtful_estimate()?;
     let [minimum, maximum] = first.samples;
     let samples = if minimum == maximum {
         maximum.to_string()
@@ -98,12 +100,12 @@ fn describe_doubted_progress(film: &Film, requested: f64) -> Option<String> {
         format!("{minimum} to {maximum}")
     };
     let reason = match first.doubt {
-        Doubt::FewSamples => "the samples were too few for a sure estimate",
-        Doubt::LightByChance => {
-            "lamps and suns that are hit by chance alone had been hit too seldom"
+        EstimateDoubt::FewSamples => "the samples were too few for a sure estimate",
+        EstimateDoubt::LightByChance => {
+            "lamps and suns that paths hit only by chance had been hit too seldom"
         }
-        Doubt::FewPixels => "a few pixels had most of the error",
-        Doubt::WideInterval => "the estimate was too uncertain",
+        EstimateDoubt::FewPixels => "a few pixels had most of the error",
+        EstimateDoubt::WideInterval => "the estimate was too uncertain",
     };
     Some(format!(
         "{samples} samples seemed to reach the error of {requested}, with an estimate of {}, but {reason}",
@@ -150,12 +152,14 @@ fn format_with_interval(estimate: ErrorEstimate) -> String {
 }
 
 /// Describes why a denoised picture has no error estimate.
-fn unknown_error_reason(doubt: Doubt) -> &'static str {
+fn unknown_error_reason(doubt: EstimateDoubt) -> &'static str {
     match doubt {
-        Doubt::FewSamples => "the samples are too few for an estimate",
-        Doubt::LightByChance => "lamps and suns that are hit by chance alone were hit too seldom",
-        Doubt::FewPixels => "light was found too rarely",
-        Doubt::WideInterval => "the picture is too small for an estimate",
+        EstimateDoubt::FewSamples => "the samples are too few for an estimate",
+        EstimateDoubt::LightByChance => {
+            "lamps and suns that paths hit only by chance were hit too seldom"
+        }
+        EstimateDoubt::FewPixels => "light was found too rarely",
+        EstimateDoubt::WideInterval => "the picture is too small for an estimate",
     }
 }
 
@@ -180,7 +184,7 @@ fn report_denoised_error(rendered: &RenderOutput, notes: &mut Notes) -> Option<S
             format!("error {}", format_with_interval(root_relmse)),
             format_error_measures(&denoised.error),
         ),
-        Some(Doubt::WideInterval) if root_relmse.high.is_finite() => {
+        Some(EstimateDoubt::WideInterval) if root_relmse.high.is_finite() => {
             let most = format!(
                 "at most about {}",
                 format_significant_digits(root_relmse.high, 2)

@@ -61,7 +61,7 @@ pub fn note_exposure(
     {
         return;
     }
-    let Clipping { clipped, black } = plan.display.clipping(rendered.final_picture());
+    let Clipping { clipped, black } = plan.display.estimate_clipping(rendered.final_picture());
     let (label, share) = if clipped > MOST_CLIPPED {
         ("clipped", clipped)
     } else {
@@ -70,9 +70,14 @@ pub fn note_exposure(
     if share <= MOST_CLIPPED {
         return;
     }
-    let advice = match plan.display.suitable_exposure(rendered.final_picture()) {
+    let advice = match plan
+        .display
+        .find_unclipped_exposure(rendered.final_picture())
+    {
         Some(stops) => format!("try --exposure {stops}, or auto"),
-        None if clipped > BAD => "even 12 stops darker too many pixels stay clipped".to_owned(),
+        None if clipped > BAD => {
+            "even 12 stops darker, too many pixels stay clipped; dim the lights".to_owned()
+        }
         None => return,
     };
     let message = format!("{:.0} % of the pixels are {label}; {advice}", 100.0 * share);

@@ -17,7 +17,7 @@ pub fn note_closed_gaps(
     settings: &Settings,
     notes: &mut Notes,
 ) {
-    let gaps = ready.find_closed_gaps();
+    let gaps = ready.find_unresolved_gaps();
     let [first, others @ ..] = gaps.as_slice() else {
         return;
     };

@@ -12,7 +12,7 @@ use raywright_io::output::{PictureMetadata, write_atomically};
 use super::super::film::FilmSession;
 use super::super::{self as render, ALLOW_EMPTY, messages, write};
 use super::PictureSeries;
-use super::moment::SceneAtTime;
+use super::scene_at_time::SceneAtTime;
 use crate::clock::StageSeconds;
 use crate::commands::denoise;
 use crate::console;
@@ -79,7 +79,7 @@ impl<'a> PictureSeries<'a> {
         else {
             return Ok(());
         };
-        self.backdrop = self.backdrop.or(ready.backdrop_radiance());
+        self.backdrop = self.backdrop.or(ready.studio_backdrop_radiance());
         render::note_preparation(loaded, ready, &plan.settings, notes);
         render::refuse_impossible_denoising(self.task, &plan.settings, ready, notes)?;
         let session = render::start_session(
@@ -210,7 +210,7 @@ impl<'a> PictureSeries<'a> {
         self.write_statistics(&frame, (loaded, ready), notes)?;
         self.report_frame(&frame, (loaded, ready), notes);
         self.finished += 1;
-        self.progress.finish_piece();
+        self.progress.finish_work_piece();
         self.checkpoint_error = frame.session.into_checkpoint_error();
         Ok(())
     }
@@ -348,7 +348,7 @@ impl<'a> PictureSeries<'a> {
     fn choose_scene_exposure(&mut self, rendered: &RenderOutput, display: Display) -> f64 {
         *self.exposure.get_or_insert_with(|| {
             display
-                .with_suitable_exposure(rendered.final_picture())
+                .with_unclipped_exposure(rendered.final_picture())
                 .exposure_stops
         })
     }

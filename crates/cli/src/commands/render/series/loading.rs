@@ -8,7 +8,7 @@ use raywright_io::{Input, InputFiles, LoadOptions, LoadedScene};
 
 use super::super::ALLOW_EMPTY;
 use super::PictureSeries;
-use super::moment::SceneAtTime;
+use super::scene_at_time::SceneAtTime;
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::plan::{RenderTask, Shot};

@@ -6,8 +6,8 @@
 mod combined;
 mod frame;
 mod loading;
-mod moment;
 mod names;
+mod scene_at_time;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -28,7 +28,7 @@ use crate::targets::{OutputFiles, OutputTarget};
 use crate::threads::Threads;
 use crate::{interrupt, scene_input};
 use combined::CombinedFiles;
-use moment::SceneAtTime;
+use scene_at_time::SceneAtTime;
 
 /// Runs `render`: renders the scenes of a task and writes their pictures.
 pub fn run(task: &RenderTask) -> Result<(), Failure> {
@@ -105,7 +105,7 @@ impl<'a> PictureSeries<'a> {
             .map(|name| scene_input::resolve_input(name, &task.options.limits))
             .collect::<Result<Vec<_>, _>>()?;
         let progress =
-            Progress::start("rendering", task.progress, task.verbosity).with_pieces(count);
+            Progress::start("rendering", task.progress, task.verbosity).with_work_pieces(count);
         let mut series = Self {
             task,
             clock,
@@ -173,7 +173,7 @@ impl<'a> PictureSeries<'a> {
             self.task
                 .shots
                 .iter()
-                .for_each(|_| self.progress.finish_piece());
+                .for_each(|_| self.progress.finish_work_piece());
         }
         let is_free = |path: &Path| self.outputs.is_free_path(path, &self.checked_inputs);
         let together = self
@@ -254,7 +254,7 @@ impl<'a> PictureSeries<'a> {
         }
         if let Some(&exit) = self.failed_exits.first() {
             let message = format!(
-                "{} of {} scenes were not rendered",
+                "{} of {} scenes were not rendered (see the errors above)",
                 self.failed_exits.len(),
                 self.inputs.len()
             );
@@ -265,7 +265,7 @@ impl<'a> PictureSeries<'a> {
             [message] if self.task.is_single => Err(Failure::new(Exit::Unreached, message)),
             [first, ..] => {
                 let message = format!(
-                    "{} of {} pictures: {first}",
+                    "{} of {} pictures do not reach their requested error; the first of them: {first}",
                     self.shortfalls.len(),
                     self.finished
                 );

@@ -31,7 +31,7 @@ pub fn resolve_named_files(
             None if count == 1 => Ok(path.to_path_buf()),
             None => {
                 let error = Error::invalid_usage(format_args!(
-                    "{count} pictures cannot all be written to {}",
+                    "{count} pictures cannot all be written to the single file {}",
                     path.display()
                 ));
                 let stem = path.file_stem().unwrap_or_default().to_string_lossy();

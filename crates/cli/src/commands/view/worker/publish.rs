@@ -23,7 +23,7 @@ impl ViewWorker {
             subject.plan.display = subject
                 .plan
                 .display
-                .with_suitable_exposure(rendered.final_picture());
+                .with_unclipped_exposure(rendered.final_picture());
         }
         // The preview has already shown a first-hit layer at full resolution.
         let frame = if self.shown_layer().is_some() {

@@ -122,7 +122,7 @@ impl Vertices {
             (interaction.normal, LitSides::One, gain),
             RouletteStart::Late,
         );
-        self.vertices.set_model(lane, model);
+        self.vertices.set_material_model(lane, model);
         if let Some((sample, strategy)) = light {
             self.lights.set_lane(lane, sample);
             self.vertices.strategy[lane] = strategy;

@@ -37,7 +37,7 @@ impl MeasurementSession<'_> {
                 measurements,
                 if pass == 0 { MOST } else { 0 },
             );
-            contestants.retain(|setting| !measurements.has_alternating_times(setting));
+            contestants.retain(|setting| !measurements.was_timed_alternately(setting));
             if contestants.is_empty() {
                 break;
             }

@@ -9,7 +9,7 @@ pub(crate) const BRIGHTEST: f64 = 1e15;
 
 /// Reason why a film cannot be denoised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ReplicateQuadError {
+pub(crate) enum FourReplicatesError {
     /// This layer is missing.
     Layer(Aov),
     /// Some tiles have fewer than four replicates with samples.
@@ -17,7 +17,7 @@ pub(crate) enum ReplicateQuadError {
 }
 
 /// Four replicates of each pixel. Replicate r of the film is merged into replicate r mod 4.
-pub(crate) struct ReplicateQuad<'a> {
+pub(crate) struct FourReplicates<'a> {
     film: &'a Film,
     buffers: Vec<&'a ReplicateBuffer>,
     /// Index of the emission in the film's layers of means.
@@ -43,14 +43,16 @@ impl Film {
     /// Returns the film's replicates, merged into four. Fails if the film has fewer than four
     /// replicates, if a tile has no samples in a replicate, or if a layer needed by the denoiser is
     /// missing.
-    pub(crate) fn replicate_quad(&self) -> Result<ReplicateQuad<'_>, ReplicateQuadError> {
+    pub(crate) fn merge_into_four_replicates(
+        &self,
+    ) -> Result<FourReplicates<'_>, FourReplicatesError> {
         let layers = &self.plan.layers;
         let mean = |aov| {
             layers
                 .mean
                 .iter()
                 .position(|(layer, _)| *layer == aov)
-                .ok_or(ReplicateQuadError::Layer(aov))
+                .ok_or(FourReplicatesError::Layer(aov))
         };
         let (emission, albedo, normal) =
             (mean(Aov::Emission)?, mean(Aov::Albedo)?, mean(Aov::Normal)?);
@@ -58,7 +60,7 @@ impl Film {
             .centre
             .iter()
             .position(|(layer, _)| *layer == Aov::Depth)
-            .ok_or(ReplicateQuadError::Layer(Aov::Depth))?;
+            .ok_or(FourReplicatesError::Layer(Aov::Depth))?;
         let buffers: Vec<&ReplicateBuffer> = self.buffers.iter().flatten().collect();
         let each = || {
             (0..self.plan.tile_count())
@@ -67,9 +69,9 @@ impl Film {
         if buffers.len() < REPLICATE_COUNT
             || each().any(|(tile, replicate)| self.samples_drawn(tile, replicate) == 0)
         {
-            return Err(ReplicateQuadError::Replicates);
+            return Err(FourReplicatesError::Replicates);
         }
-        Ok(ReplicateQuad {
+        Ok(FourReplicates {
             film: self,
             buffers,
             emission,
@@ -80,7 +82,7 @@ impl Film {
     }
 }
 
-impl ReplicateQuad<'_> {
+impl FourReplicates<'_> {
     /// Returns a pixel's mean in each of the four replicates. `sums` returns the pixel's sum and
     /// its number of samples in a buffer. A replicate without samples receives the mean of the
     /// other replicates.

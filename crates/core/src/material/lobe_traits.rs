@@ -1,6 +1,6 @@
 //! The interface of all lobes, and the pair of directions for which a lobe is evaluated.
 
-use super::frame::ShadingFrame;
+use super::shading_frame::ShadingFrame;
 use crate::number::{Number, Vector3};
 
 /// Unit directions `wo` to the viewer and `wi` to the light, with the normal, the half vector and
@@ -116,7 +116,7 @@ pub trait ScatteringLobe<N: Number> {
 /// directions unchanged. Each mirror's rounding error changes the length. Ten mirrors or more are
 /// needed to exceed this limit.
 #[inline(always)]
-pub(super) fn renormalize<N: Number>(direction: N::Vec3) -> N::Vec3 {
+pub(super) fn normalize_if_drifted<N: Number>(direction: N::Vec3) -> N::Vec3 {
     let off = N::ONE - direction.dot(direction);
     let has_strayed = off.max(-off).greater_than(N::from_f64(8e-6));
     N::Vec3::select(

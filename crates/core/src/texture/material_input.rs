@@ -10,7 +10,7 @@ use raywright_bvh::{Real, Vector};
 
 use super::sampler::{FilterFootprint, TexelDecoder, TexelFootprint, TextureSampler};
 use crate::expr::{ProgramTable, Variable, VariableValues};
-use crate::interaction::{Interaction, LightInputs};
+use crate::interaction::{Interaction, LightVariableValues};
 use crate::scene::{Channel, ImageData};
 
 /// Flat tables of programs, texture uses and images, to which inputs refer by index.
@@ -153,7 +153,7 @@ impl<R: Real> InputTables<R> {
         ShadingContext {
             texture_tables: self,
             interaction,
-            light_inputs: LightInputs::default(),
+            light_inputs: LightVariableValues::default(),
             last_texel: Cell::new(None),
             footprint: Cell::new(interaction.texel_footprint),
         }
@@ -197,7 +197,7 @@ impl<R: Real> InputTables<R> {
 pub(crate) struct ShadingContext<'a, R: Real> {
     texture_tables: &'a InputTables<R>,
     pub interaction: &'a Interaction<R>,
-    pub light_inputs: LightInputs<R>,
+    pub light_inputs: LightVariableValues<R>,
     /// Index and texel of the texture use that was evaluated last, because several inputs may read
     /// channels of the same texel.
     last_texel: Cell<Option<(u32, [R; 4])>>,
@@ -296,7 +296,7 @@ impl<R: Real> PreparedInput<R> {
                     even
                 }
             }
-            Self::Program(program) => clamp_negative::<R>(context.run_program(program)),
+            Self::Program(program) => clamp_negative_to_zero::<R>(context.run_program(program)),
             Self::Texture(texture, None) => {
                 let [r, g, b, _] = context.sample_texture(texture);
                 R::Vec3::new(r, g, b)
@@ -369,7 +369,7 @@ impl<R: Real> PreparedInput<R> {
 
 /// Clamps negative channels of a colour to zero. NaN stays NaN.
 #[inline(always)]
-fn clamp_negative<R: Real>(colour: R::Vec3) -> R::Vec3 {
+fn clamp_negative_to_zero<R: Real>(colour: R::Vec3) -> R::Vec3 {
     R::Vec3::new(
         zero_if_negative(colour.x()),
         zero_if_negative(colour.y()),
@@ -391,7 +391,7 @@ fn is_odd_pattern_cell<R: Real>([x, z]: [R; 2], frequency: R) -> bool {
 }
 
 /// Product of an input and an image from a separate key of the file, such as `roughness` and
-/// `roughness_texture`.
+/// `register_roughness_texture`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct InputProduct<R: Real> {
     pub input: PreparedInput<R>,

@@ -114,7 +114,7 @@ impl ErrorMarginPlot {
             }
         }
         for (index, row) in self.rows.iter().enumerate() {
-            row.draw(&mut svg, &scale, TOP + ROW * (index as f64 + 0.5));
+            row.draw_row(&mut svg, &scale, TOP + ROW * (index as f64 + 0.5));
         }
         svg.push_str("</svg>\n");
         svg
@@ -143,7 +143,7 @@ impl ErrorMarginPlot {
 }
 
 impl ErrorMarginRow {
-    fn draw(&self, svg: &mut String, scale: &DecadeScale, y: f64) {
+    fn draw_row(&self, svg: &mut String, scale: &DecadeScale, y: f64) {
         let [start, left, _, words, edge] = COLUMNS;
         let base = y + 4.5;
         let (class, broken) = if self.is_broken {

@@ -33,13 +33,17 @@ impl<R: Real> PreparedScene<R> {
     pub(super) fn from_parts(context: &PrepareContext<'_>, parts: PreparedParts<R>) -> Self {
         let (scene, settings) = (context.scene, context.settings);
         let materials = parts.materials;
-        let absorbs = context.simulated.has(Effect::Absorption) && materials.absorbs();
+        let absorbs =
+            context.simulated.has(Effect::Absorption) && materials.has_absorbing_material();
         let priorities = if context.is_path_tracing && context.simulated.has(Effect::NestedMedia) {
             medium_priorities(scene)
         } else {
             Vec::new()
         };
-        let has_thin_walls = materials.materials.iter().any(PreparedMaterial::is_thin);
+        let has_thin_walls = materials
+            .materials
+            .iter()
+            .any(PreparedMaterial::is_thin_wall);
         Self {
             geometry_bytes: parts.built.geometry.memory_bytes(),
             geometry: parts.built.geometry,

@@ -81,7 +81,7 @@ impl<R: Real> PathTracer<'_, R> {
         self.attenuate_by_media(path, interaction);
         self.record_first_hit(path, hit);
         if common.is_none()
-            && let Some(continues) = self.pass_absent_surface(path, interaction)
+            && let Some(continues) = self.continue_behind_absent_surface(path, interaction)
         {
             return continues;
         }
@@ -132,7 +132,7 @@ impl<R: Real> PathTracer<'_, R> {
             (interaction.normal, LitSides::One, gain),
             scene.roulette,
         );
-        lanes.set_model(lane, &model);
+        lanes.set_material_model(lane, &model);
         true
     }
 
@@ -163,7 +163,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// Continues a path through a surface that is absent at the hit or leaves the path unchanged.
     /// Returns whether the path goes on; `None` if the surface is present.
     #[inline]
-    fn pass_absent_surface(
+    fn continue_behind_absent_surface(
         &mut self,
         path: &mut PathState<R>,
         interaction: &Interaction<R>,
@@ -205,7 +205,7 @@ impl<R: Real> PathTracer<'_, R> {
             let shown = path.throughput
                 * m.base_colour_at(&self.scene.texture_tables.shading_context(interaction));
             path.radiance += shown;
-            self.record_direct_radiance(path.segments_traced == 1, shown);
+            self.add_directly_visible_radiance(path.segments_traced == 1, shown);
             return false;
         }
         !self.is_at_depth_limit(path)

@@ -42,7 +42,7 @@ impl Measurements<'_> {
         while turns.len() < MOST_TURNS {
             let turn = settings
                 .iter()
-                .map(|setting| self.render_time_drift(setting, tiles, end));
+                .map(|setting| self.repeat_render_time_ratio(setting, tiles, end));
             let Some(turn) = turn.collect::<Result<Option<Vec<f64>>, PrepareError>>()? else {
                 break;
             };
@@ -66,7 +66,7 @@ impl Measurements<'_> {
             // The times of single tiles were derived from their numbers of rays. Only the time of
             // all tiles together was measured.
             let all = self
-                .render_time_drift(&settings[0], first.tiles.len(), end)?
+                .repeat_render_time_ratio(&settings[0], first.tiles.len(), end)?
                 .unwrap_or(1.0);
             scale = all / median_with_interval(turns.iter().map(|turn| turn[0]).collect()).value;
         }
@@ -92,7 +92,7 @@ impl Measurements<'_> {
 
     /// Whether the times of a setting were measured by rendering it alternately with other
     /// settings.
-    pub fn has_alternating_times(&self, setting: &RungSetting) -> bool {
+    pub fn was_timed_alternately(&self, setting: &RungSetting) -> bool {
         self.find_setting_measurements(setting)
             .is_some_and(|figures| !figures.turn_ratios.is_empty())
     }
@@ -105,7 +105,7 @@ impl Measurements<'_> {
 
     /// Renders a setting again on its first tiles. Returns the new time divided by the time of the
     /// setting's first render. `None` if the time limit `end` is reached.
-    fn render_time_drift(
+    fn repeat_render_time_ratio(
         &self,
         setting: &RungSetting,
         tiles: usize,
@@ -130,7 +130,7 @@ impl Measurements<'_> {
                 )
             }
         };
-        let Some(renders) = UnfinishedRender::interrupted_as_none(
+        let Some(renders) = UnfinishedRender::none_if_interrupted(
             self.renderer.render_setting(setting, &parts, 0, end),
         )?
         else {
@@ -148,7 +148,7 @@ impl Measurements<'_> {
 
     /// Returns a factor for the ratio of two settings' times, with its interval. The factor
     /// corrects the ratio for changes of the machine's speed between the two measurements.
-    pub(super) fn relative_time_drift(
+    pub(super) fn speed_correction_of_time_ratio(
         &self,
         figures: &SettingMeasurements,
         other: &SettingMeasurements,
@@ -160,8 +160,8 @@ impl Measurements<'_> {
                 high: UNSURE,
             },
             ([], []) => ConfidenceInterval::from_exact(1.0),
-            ([], turns) => one_sided_time_drift(turns.iter().map(|drift| 1.0 / drift)),
-            (turns, []) => one_sided_time_drift(turns.iter().copied()),
+            ([], turns) => interval_from_one_to_median_ratio(turns.iter().map(|drift| 1.0 / drift)),
+            (turns, []) => interval_from_one_to_median_ratio(turns.iter().copied()),
             (turns, others) => median_with_interval(
                 turns
                     .iter()
@@ -175,7 +175,10 @@ impl Measurements<'_> {
     /// Returns a factor that corrects a setting's time for changes of the machine's speed. A
     /// setting that was not rendered alternately with others has the factor of the scene's own
     /// setting.
-    pub(super) fn setting_time_drift(&self, figures: &SettingMeasurements) -> ConfidenceInterval {
+    pub(super) fn speed_correction_of_time(
+        &self,
+        figures: &SettingMeasurements,
+    ) -> ConfidenceInterval {
         if !figures.turn_ratios.is_empty() {
             return median_with_interval(figures.turn_ratios.clone());
         }
@@ -185,7 +188,7 @@ impl Measurements<'_> {
         if own.is_empty() {
             return ConfidenceInterval::from_exact(1.0);
         }
-        let drift = one_sided_time_drift(own.iter().copied());
+        let drift = interval_from_one_to_median_ratio(own.iter().copied());
         ConfidenceInterval {
             value: if drift.low < 1.0 {
                 drift.low
@@ -219,7 +222,7 @@ fn median_with_interval(mut turns: Vec<f64>) -> ConfidenceInterval {
 /// Returns a factor that corrects the ratio of two times if only one setting was rendered
 /// alternately with others. The true factor lies between 1 and the median of `turns`, the time
 /// ratios of that setting.
-fn one_sided_time_drift(turns: impl Iterator<Item = f64>) -> ConfidenceInterval {
+fn interval_from_one_to_median_ratio(turns: impl Iterator<Item = f64>) -> ConfidenceInterval {
     let drift = median_with_interval(turns.collect()).value;
     ConfidenceInterval {
         value: 1.0,
@@ -248,7 +251,7 @@ mod tests {
             ConfidenceInterval::from_exact(0.5)
         );
         assert_eq!(
-            one_sided_time_drift([1.5, 1.25, 2.0].into_iter()),
+            interval_from_one_to_median_ratio([1.5, 1.25, 2.0].into_iter()),
             ConfidenceInterval {
                 value: 1.0,
                 low: 1.0,
@@ -256,7 +259,7 @@ mod tests {
             }
         );
         assert_eq!(
-            one_sided_time_drift([0.5; 3].into_iter()),
+            interval_from_one_to_median_ratio([0.5; 3].into_iter()),
             ConfidenceInterval {
                 value: 1.0,
                 low: 0.5,

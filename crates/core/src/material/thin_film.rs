@@ -9,15 +9,15 @@
 //! observer's curves replaces the paper's fits. The error against a sum over wavelengths is about
 //! 0.001.
 
+use super::layer_fields::layer;
 use super::spectrum::film_coherence;
-use super::stage::layer;
 use crate::number::{Number, Vector3};
 
 layer! {
     /// A thin film on the microfacets, which colours reflections by interference.
     ThinFilm
     /// Share of the surface under the film, 0 to 1.
-    share: Share by eval_share;
+    share: Share by eval_unit_number;
     /// Index of refraction of the film.
     ior: Constant by eval_constant;
     /// Thickness in nanometres.

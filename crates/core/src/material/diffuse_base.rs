@@ -4,13 +4,13 @@
 use core::f64::consts::PI;
 
 use super::albedo::Albedo;
-use super::boundary;
 use super::energy::{EnergyComplement, cosine_weighted_mean};
-use super::frame::ShadingFrame;
 use super::fresnel::schlick_weight;
 use super::ggx::Ggx;
-use super::lobe_kind::{Directions, ScatteringLobe, sample_cosine_either_side};
-use super::reflectance::MicrofacetReflectance;
+use super::lobe_traits::{Directions, ScatteringLobe, sample_cosine_either_side};
+use super::microfacet_reflectance::MicrofacetReflectance;
+use super::rough_boundary_tables;
+use super::shading_frame::ShadingFrame;
 use crate::number::{Mask, Number, Vector3};
 
 /// The diffuse lobe below the microfacets of a layered surface, for one viewing direction.
@@ -145,7 +145,7 @@ impl<N: Number> MicrofacetLayer<N> {
         };
         let sent = |lane: usize| {
             let index = N::f64_lane(index, lane).max(1.0);
-            boundary::fresnel_albedo(
+            rough_boundary_tables::fresnel_albedo(
                 index,
                 roughness.lane(lane),
                 cosine.map(|cosine| cosine.lane(lane)),
@@ -153,7 +153,7 @@ impl<N: Number> MicrofacetLayer<N> {
         };
         let scattered = self.energy_complement.fresnel_layer_albedo(
             N::from_lanes(sent),
-            curve.reflectance.index_f0(),
+            curve.reflectance.f0_from_ior(),
             albedo,
         );
         self.energy_complement

@@ -1,8 +1,8 @@
 //! Reflectance of the microfacets of a layered surface: a mixture of dielectric and metal, each by
 //! Schlick's formula or by Fresnel's equations, with or without a thin film.
 
-use super::film::ThinFilm;
 use super::fresnel::{fresnel_conductor, fresnel_dielectric_in_air, schlick, schlick_weight};
+use super::thin_film::ThinFilm;
 use crate::number::{Mask, Number, Vector3};
 
 /// Reflectance of a microfacet as a function of the cosine of incidence.
@@ -67,7 +67,7 @@ impl<N: Number> MicrofacetReflectance<N> {
         let exact = N::from_lanes(|lane| value_of(N::f64_lane(ior, lane), cosine.lane(lane)));
         // Where a tint changes the reflectance at normal incidence, the difference fades as
         // Schlick's weight rises.
-        let added = (normal - grazing * self.index_f0()) * (N::ONE - schlick);
+        let added = (normal - grazing * self.f0_from_ior()) * (N::ONE - schlick);
         (grazing * exact + added)
             .max(N::Vec3::ZERO)
             .min(N::Vec3::ONE)
@@ -75,13 +75,13 @@ impl<N: Number> MicrofacetReflectance<N> {
 
     /// Returns the Fresnel reflectance at normal incidence for the index [`Self::exact`]; zero
     /// without this index.
-    pub(super) fn index_f0(&self) -> N {
+    pub(super) fn f0_from_ior(&self) -> N {
         let ior = |lane| self.exact.map_or(1.0, |ior| N::f64_lane(ior, lane));
         N::from_lanes(|lane| ((ior(lane) - 1.0) / (ior(lane) + 1.0)).powi(2))
     }
 
     /// Whether the reflectance can exceed zero in any lane.
-    pub fn reflects(&self) -> bool {
+    pub fn is_reflective(&self) -> bool {
         let dielectric = self.dielectric[0].max(self.dielectric[1]).max_element() * self.shares[0];
         dielectric
             .max(self.shares[1])

@@ -12,7 +12,7 @@ use crate::motion::object_transforms_at_ends;
 use crate::origin::StorageOrigin;
 use crate::scene::{Generator, Object, Scene, Shape};
 use crate::shape::shape_origin;
-use crate::validate::{MAX_PROBLEMS, Problem, format_list, spans_no_area};
+use crate::validate::{MAX_PROBLEMS, Problem, do_edges_span_no_area, format_list};
 
 /// An extent of a shape, such as the height of a box, that becomes zero when the shape's
 /// coordinates are rounded for storage.
@@ -40,7 +40,8 @@ fn find_lost_extent(
     round: impl Fn(f64) -> f64,
 ) -> Option<LostExtent> {
     let stored = |p: DVec3| (p + offset).to_array().map(&round).into();
-    let flat = |[a, b, c]: [DVec3; 3]| a == b || b == c || c == a || spans_no_area(b - a, c - a);
+    let flat =
+        |[a, b, c]: [DVec3; 3]| a == b || b == c || c == a || do_edges_span_no_area(b - a, c - a);
     let far = |key, label| {
         Some(LostExtent {
             key,
@@ -93,7 +94,7 @@ pub(crate) fn round_to_scalar<R: Real>(x: f64) -> f64 {
 /// Returns the translation of an object whose transform is only a translation. The shape of such an
 /// object is stored in translated coordinates. `None` for a rotated, scaled or moving object, whose
 /// shape is stored in its own coordinates.
-fn pure_translation(object: &Object) -> Option<DVec3> {
+fn translation_if_only_translated(object: &Object) -> Option<DVec3> {
     let map = affine_from_steps(&object.transform);
     (map.matrix3 == DMat3::IDENTITY && object_transforms_at_ends(object).is_none())
         .then_some(map.translation)
@@ -126,7 +127,7 @@ pub(super) fn find_collapsed_objects_relative_to<R: Real>(
 
 /// Returns the problem of a listed object, if it collapses.
 fn listed_object_problem<R: Real>(path: &str, object: &Object, origin: DVec3) -> Option<Problem> {
-    let offset = pure_translation(object)
+    let offset = translation_if_only_translated(object)
         .map_or_else(|| -shape_origin(&object.shape), |offset| offset - origin);
     let loss = find_lost_extent(&object.shape, offset, round_to_scalar::<R>)?;
     let nearer = loss
@@ -152,7 +153,7 @@ fn generated_object_problem<R: Real>(
         object.shape,
         Shape::Box { .. } | Shape::Quad { .. } | Shape::Triangle { .. }
     );
-    let Some(own) = pure_translation(object).filter(|_| placed) else {
+    let Some(own) = translation_if_only_translated(object).filter(|_| placed) else {
         return listed_object_problem::<R>(path, object, origin);
     };
     let own = own - origin;

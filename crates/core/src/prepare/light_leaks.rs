@@ -137,7 +137,7 @@ impl<R: Real> PreparedScene<R> {
             min: R::ZERO,
             max: R::from_f64(resolved),
         };
-        let (own, cover) = self.find_covering_object(
+        let (own, cover) = self.find_opaque_object_before_lamp(
             light,
             &Ray::new(start, -sample.direction).with_time(time),
             range,
@@ -155,7 +155,7 @@ impl<R: Real> PreparedScene<R> {
 
     /// Follows a ray that starts just behind a lamp. Returns the first other opaque object after
     /// the lamp, and before it the lamp's own object if the ray hits that.
-    fn find_covering_object(
+    fn find_opaque_object_before_lamp(
         &self,
         light: LightId,
         ray: &Ray<R>,

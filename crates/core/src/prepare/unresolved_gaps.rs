@@ -137,7 +137,7 @@ mod tests {
             &(),
         )
         .unwrap_or_else(|e| panic!("{e}"));
-        let found = ready.find_closed_gaps();
+        let found = ready.find_unresolved_gaps();
         assert!(
             found
                 .iter()

@@ -6,16 +6,16 @@
 //! albedo of the coat or sheen. This factor is reciprocal, and exact for mirrors. The scaled lobes
 //! and the coat or sheen together gain no energy.
 
-use super::base::DiffuseBase;
+use super::diffuse_base::DiffuseBase;
 use super::energy::directional_albedo;
-use super::frame::ShadingFrame;
 use super::ggx::{Ggx, reflect};
 use super::glass_layer::{ThinDielectric, TintedDielectric};
-use super::lobe_kind::{BsdfLobe, Directions, ScatteringLobe};
+use super::layer_fields::layer;
+use super::lobe_traits::{BsdfLobe, Directions, ScatteringLobe};
+use super::microfacet_reflectance::MicrofacetReflectance;
 use super::multiple_scattering::MultipleScattering;
-use super::reflectance::MicrofacetReflectance;
+use super::shading_frame::ShadingFrame;
 use super::sheen::Sheen;
-use super::stage::layer;
 use crate::number::{Number, Vector3};
 
 /// Reflectance of a coat at normal incidence, for the index of refraction 1.5.
@@ -25,9 +25,9 @@ layer! {
     /// A clear coat over all other layers of a surface.
     Coat
     /// Share of the surface under the coat, 0 to 1.
-    weight: Share by eval_share;
+    weight: Share by eval_unit_number;
     /// Perceptual roughness.
-    roughness: Share by eval_share;
+    roughness: Share by eval_unit_number;
     /// Unit normal of the coat, which may have its own normal map.
     normal: Normal by eval_normal;
 }

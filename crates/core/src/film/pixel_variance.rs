@@ -5,7 +5,9 @@
 use glam::DVec3;
 
 use super::leave_one_out::SingleReplicateBound;
-use super::relative::{weights_from_four, weights_from_independent_pair, weights_from_same_pair};
+use super::relative_error::{
+    weights_from_four_replicates, weights_from_independent_pair, weights_from_same_pair,
+};
 
 /// The three ways to divide four replicates into two pairs: indices of the first pair, then of the
 /// second pair.
@@ -71,7 +73,7 @@ impl PixelVariance {
     ) {
         let most = once.map_or(DVec3::INFINITY, |once| once.max_weight.into());
         let limited = |weights: DVec3| weights.min(most);
-        let unlimited = weights_from_four(at);
+        let unlimited = weights_from_four_replicates(at);
         let among = limited(unlimited);
         let [unsure, prior] = once.map_or([DVec3::ZERO; 2], |once| {
             let is_limited = unlimited.cmpgt(most);

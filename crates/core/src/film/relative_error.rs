@@ -74,7 +74,7 @@ pub(super) fn weights_from_same_pair(a: DVec3, b: DVec3) -> DVec3 {
 /// Returns for each channel the factor that converts a squared error to a relative squared error,
 /// from the means of four replicates. The mean of their pairwise products estimates the squared
 /// true colour.
-pub(super) fn weights_from_four([a, b, c, d]: [DVec3; 4]) -> DVec3 {
+pub(super) fn weights_from_four_replicates([a, b, c, d]: [DVec3; 4]) -> DVec3 {
     1.0 / (((a * b + c * d + (a + b) * (c + d)) / 6.0).max(DVec3::ZERO) + FLOOR)
 }
 

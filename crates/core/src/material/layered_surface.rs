@@ -1,31 +1,31 @@
 //! Layered surfaces: the metallic-roughness model of glTF with the layers of its extensions.
 
 use super::albedo::Albedo;
-use super::base::{DiffuseBase, MicrofacetLayer, NonSchlickReflectance};
 use super::bsdf::Bsdf;
+use super::diffuse_base::{DiffuseBase, MicrofacetLayer, NonSchlickReflectance};
 use super::energy::{EnergyComplement, multiple_scattering_factors};
-use super::film::ThinFilm;
 use super::fresnel::FresnelRule;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use super::glass_layer::{ThinDielectric, TintedDielectric, TintedFresnel};
-use super::layer::{COAT_F0, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe};
+use super::layer_fields::{LayerFieldEvaluator, LayerFieldTypes, layer};
+use super::layer_lobes::{COAT_F0, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe};
 use super::metallic_roughness::{Glass, MetallicRoughness};
-use super::reflectance::{MicrofacetReflectance, eval_conductor};
+use super::microfacet_reflectance::{MicrofacetReflectance, eval_conductor};
 use super::sheen::Sheen;
-use super::stage::{LayerFieldEvaluator, LayerFieldTypes, layer};
+use super::thin_film::ThinFilm;
 use crate::number::{Mask, Number, Vector3};
 
 /// Greatest number of lobes of a [`LayeredBsdf`].
-pub const MOST_LAYERS: usize = 9;
+pub const MOST_LAYERED_LOBES: usize = 9;
 
 /// The BSDF of a [`LayeredSurface`] at a point.
-pub type LayeredBsdf<N> = Bsdf<N, CoatedLobe<N>, MOST_LAYERS>;
+pub type LayeredBsdf<N> = Bsdf<N, CoatedLobe<N>, MOST_LAYERED_LOBES>;
 
 layer! {
     /// Anisotropy of the microfacets: its strength, and the direction of greater roughness.
     Anisotropy
     /// Strength, from 0 (isotropic) to 1.
-    strength: Share by eval_share;
+    strength: Share by eval_unit_number;
     /// Frame whose tangent is the rougher direction.
     frame: Frame by eval_frame;
 }
@@ -34,7 +34,7 @@ layer! {
     /// Diffuse transmission of light through a surface, such as a leaf.
     DiffuseTransmissionLayer
     /// Share of the diffuse light that is transmitted instead of reflected, 0 to 1.
-    share: Share by eval_share;
+    share: Share by eval_unit_number;
     /// Colour of the transmission.
     colour: Tint by eval_tint;
 }
@@ -84,7 +84,7 @@ impl<S: LayerFieldTypes> LayeredSurface<S> {
         LayeredSurface {
             base,
             ior,
-            specular: here.eval_share(&self.specular),
+            specular: here.eval_unit_number(&self.specular),
             specular_colour: here.eval_colour(&self.specular_colour),
             conductor: self
                 .conductor
@@ -217,7 +217,7 @@ impl<N: Number> LayeredSurface<N> {
         }
         let reflectance = self.reflectance(self.base.opaque_dielectric_share() * over);
         self.add_diffuse(&mut list, &reflectance, over);
-        if reflectance.reflects() {
+        if reflectance.is_reflective() {
             let own = self.base.roughness;
             let roughness = self
                 .anisotropic_ggx()

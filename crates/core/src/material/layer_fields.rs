@@ -47,7 +47,7 @@ impl<N: Number> LayerFieldTypes for N {
 /// the hits of all SIMD lanes.
 pub trait LayerFieldEvaluator<S: LayerFieldTypes, N: Number> {
     /// Evaluates a number, clamped to 0..1.
-    fn eval_share(&self, input: &S::Share) -> N;
+    fn eval_unit_number(&self, input: &S::Share) -> N;
     /// Evaluates a colour, clamped to 0..1.
     fn eval_tint(&self, input: &S::Tint) -> N::Vec3;
     /// Evaluates a colour, at least 0.

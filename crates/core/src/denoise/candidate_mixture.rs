@@ -16,7 +16,7 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterato
 use rayon::slice::ParallelSliceMut;
 use raywright_bvh::{SimdTask, run_widest};
 
-use super::{CANDIDATES, PixelCandidates, REPLICATE_COUNT, ReplicateQuad};
+use super::{CANDIDATES, FourReplicates, PixelCandidates, REPLICATE_COUNT};
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
 /// Distance in pixels within which neighbours contribute to the shares of a pixel.
@@ -92,7 +92,7 @@ pub(super) fn replicate_statistics(radiance: [[f64; 3]; REPLICATE_COUNT]) -> [[f
 
 /// Computes the shares of the candidates in all pixels and applies them.
 pub(super) fn mix_candidates(
-    four: &ReplicateQuad<'_>,
+    four: &FourReplicates<'_>,
     [width, height]: [usize; 2],
     pixels: &mut [PixelCandidates],
 ) {
@@ -152,7 +152,7 @@ struct CandidateMoments {
 
 impl CandidateMoments {
     fn new(
-        four: &ReplicateQuad<'_>,
+        four: &FourReplicates<'_>,
         width: usize,
         pixels: &[PixelCandidates],
         rows: Range<usize>,
@@ -181,7 +181,7 @@ impl CandidateMoments {
 
 /// Returns the shares of the candidates for the pixels in `rows`.
 fn solve_candidate_shares(
-    four: &ReplicateQuad<'_>,
+    four: &FourReplicates<'_>,
     [width, height]: [usize; 2],
     pixels: &[PixelCandidates],
     rows: Range<usize>,
@@ -245,7 +245,7 @@ impl SimdTask for CandidateShareSolver {
                         means[k][i] = of[i] / others[i];
                     }
                 }
-                let solved = minimise_error(&means);
+                let solved = solve_optimal_shares(&means);
                 for (i, out) in out.iter_mut().enumerate() {
                     if others[i] > 0.0 {
                         for c in 0..CANDIDATES {
@@ -301,7 +301,7 @@ fn candidate_moments(
 /// Returns for several pixels the shares α in 0..1 that minimise 2 Σ αᵢbᵢ + Σ αᵢαⱼQᵢⱼ. Coordinate
 /// descent starts with all shares at one.
 #[inline(always)]
-fn minimise_error(moments: &[[f64; LANES]; MOMENTS]) -> [[f32; LANES]; CANDIDATES] {
+fn solve_optimal_shares(moments: &[[f64; LANES]; MOMENTS]) -> [[f32; LANES]; CANDIDATES] {
     // For each candidate, the other two, with the index of their common product among the moments.
     const OTHERS: [[[usize; 2]; 2]; CANDIDATES] =
         [[[1, 6], [2, 7]], [[0, 6], [2, 8]], [[0, 7], [1, 8]]];
@@ -343,7 +343,8 @@ mod tests {
     #[test]
     fn shares_make_the_error_least() {
         let solve = |moments: [f64; MOMENTS]| {
-            minimise_error(&moments.map(|moment| [moment; LANES])).map(|shares| shares[LANES - 1])
+            solve_optimal_shares(&moments.map(|moment| [moment; LANES]))
+                .map(|shares| shares[LANES - 1])
         };
         assert_eq!(
             solve([-0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0],
@@ -369,7 +370,7 @@ mod tests {
             emission: [0.0; 3],
             albedo: [0.5; 3],
         });
-        let four = film.replicate_quad().expect("all that is read");
+        let four = film.merge_into_four_replicates().expect("all that is read");
         let value_of = |k: usize| 0.02 * ((k * 5) % 7) as f32 - 0.06;
         let pixel = |k: usize| PixelCandidates {
             base_colour: [0.5; 3],

@@ -122,7 +122,7 @@ impl MeasurementSession<'_> {
         // Low-discrepancy sequences are most uniform at powers of two.
         let samples = 1 << maximum.ilog2();
         let render = |round| {
-            UnfinishedRender::interrupted_as_none(measurements.renderer.render_pilot(
+            UnfinishedRender::none_if_interrupted(measurements.renderer.render_pilot(
                 samples,
                 round,
                 self.instant_of_budget_share(REFERENCE_END),

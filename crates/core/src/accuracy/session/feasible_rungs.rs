@@ -8,7 +8,7 @@ use super::MeasurementSession;
 use super::time_budget::{FEASIBLE_RUNGS_END, PILOT_PASS_END};
 use crate::accuracy::renderer::{SettingRenderer, TimedRender, UnfinishedRender};
 use crate::accuracy::setting::RungSetting;
-use crate::accuracy::tiles::{PilotPass, TileGrid};
+use crate::accuracy::tiles::{PilotTile, TileGrid};
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
@@ -65,7 +65,7 @@ impl MeasurementSession<'_> {
         let grid = value_of(edge.unwrap_or(fitting.min(EDGES[0])));
         // The first render of a scene also includes preparation and memory allocation, so the
         // second is timed.
-        let order = grid.spread_order();
+        let order = grid.evenly_spread_tile_order();
         let tiles = &order[..FIRST_LOOK.min(order.len())];
         renderer
             .run_pilot_pass(grid, tiles, self.instant_of_budget_share(1.0))
@@ -102,10 +102,10 @@ impl MeasurementSession<'_> {
         &mut self,
         renderer: &SettingRenderer<'_>,
         grid: TileGrid,
-    ) -> Result<Vec<PilotPass>, PrepareError> {
-        let order = grid.spread_order();
+    ) -> Result<Vec<PilotTile>, PrepareError> {
+        let order = grid.evenly_spread_tile_order();
         let begun = (self.now)();
-        let mut pilot_passes: Vec<PilotPass> = Vec::new();
+        let mut pilot_passes: Vec<PilotTile> = Vec::new();
         while pilot_passes.len() < order.len()
             && (pilot_passes.is_empty()
                 || (self.now)() < self.instant_of_budget_share(PILOT_PASS_END))
@@ -137,7 +137,7 @@ impl MeasurementSession<'_> {
         &mut self,
         renderer: &SettingRenderer<'_>,
         grid: TileGrid,
-        pilot_passes: &[PilotPass],
+        pilot_passes: &[PilotTile],
     ) -> Result<RungSetting, PrepareError> {
         let slowest = pilot_passes
             .iter()
@@ -190,7 +190,7 @@ impl MeasurementSession<'_> {
             }
             let end = end.min((self.now)() + timeout);
             let render = renderer.render_setting(&self.setting_of_rung(choice), &[tile], 0, end);
-            match UnfinishedRender::interrupted_as_none(render)? {
+            match UnfinishedRender::none_if_interrupted(render)? {
                 // A ladder without bias keeps the scene's rung, because a slower rung gains less
                 // than more samples.
                 Some(_) if ladder.is_free_of_bias() => return Ok(LadderTrial::KeepsRung),
@@ -218,7 +218,7 @@ impl MeasurementSession<'_> {
                 setting.with_rung(choice)
             });
         let render = renderer.render_setting(&reference_setting, &[tile], 0, end);
-        if let Some(reference) = UnfinishedRender::interrupted_as_none(render)? {
+        if let Some(reference) = UnfinishedRender::none_if_interrupted(render)? {
             let seconds = |renders: &[TimedRender]| -> f64 {
                 renders.iter().map(|render| render.seconds).sum()
             };
