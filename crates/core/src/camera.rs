@@ -32,7 +32,7 @@ pub struct PreparedCamera<R: Real> {
 /// Ray cone of a camera (Amanatides, "Ray Tracing with Cones", 1984): the width of one pixel at a
 /// distance, for texture footprints and wireframe lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RayCone<R> {
+pub(crate) struct RayCone<R> {
     /// Width at the origin, in world units.
     pub width: R,
     /// Increase of the width per unit of distance.
@@ -238,7 +238,7 @@ impl<R: Real> PreparedCamera<R> {
     /// Returns the ray cone of a pixel in the middle of the picture, where pixels are widest. The
     /// aperture of a lens is ignored; a moving camera counts in its pose at the opening of the
     /// shutter.
-    pub fn ray_cone(&self) -> RayCone<R> {
+    pub(crate) fn ray_cone(&self) -> RayCone<R> {
         let pixel =
             (self.right.length() * self.pixel_size[0]).max(self.up.length() * self.pixel_size[1]);
         match self.kind {

@@ -21,7 +21,7 @@ use viewed_points::ViewedPoints;
 
 /// Fraction of the picture's width or height that a framed silhouette fills, whichever limits its
 /// size.
-pub const FRAMED_SHARE: f64 = 0.78;
+pub(crate) const FRAMED_SHARE: f64 = 0.78;
 
 /// Default vertical field of view of a framed camera, in degrees.
 pub const FIELD_OF_VIEW: f64 = 40.0;

@@ -32,10 +32,10 @@
 //! | describe a scene | [`scene`] (data types), [`expr`] (formulas in scene files), [`generate`] (many copies of an object) |
 //! | check a scene | [`validate`], [`suggest`] ("did you mean"), [`effects`] (features that it needs), [`extent`] (its bounding box) |
 //! | choose what to render | [`settings`], [`framing`] (a camera that shows the whole scene), [`ladder`] (choices that trade accuracy for time) |
-//! | prepare a scene | [`dispatch`] (entry points), [`mod@prepare`], [`lookup`] (items by name), [`memory`] |
+//! | prepare a scene | [`prepare()`], [`mod@prepare`] (its errors), [`SceneLookup`] (items by name), [`memory`] |
 //! | generate rays | [`camera`], [`sampler`] (random numbers), [`filter`] |
-//! | shade a hit | [`material`] (BSDFs), [`light`], [`noise`], [`number`] (SIMD lanes) |
-//! | render | [`render`], [`counters`], [`film`] (sums of samples, and their error) |
+//! | shade a hit | [`material`] (BSDFs), [`noise`], [`number`] (SIMD lanes) |
+//! | render | [`ReadyScene::render`], [`counters`], [`film`] (sums of samples, and their error) |
 //! | use a picture | [`picture`], [`denoise`], [`display`] (tone map and transfer curve), [`metrics`] (comparison with a reference) |
 //! | measure | [`accuracy`] (error against time), [`mod@bench`] (time of ray queries), [`stability`] (numerically hard cases), [`stress`] (faults of a user's scene) |
 //!
@@ -87,7 +87,7 @@ pub mod bench;
 pub mod camera;
 pub mod counters;
 pub mod denoise;
-pub mod dispatch;
+mod dispatch;
 pub mod display;
 pub mod effects;
 pub mod expr;
@@ -100,8 +100,8 @@ mod hash;
 mod integrator;
 mod interaction;
 pub mod ladder;
-pub mod light;
-pub mod lookup;
+mod light;
+mod lookup;
 pub mod material;
 pub mod memory;
 pub mod metrics;
@@ -113,7 +113,7 @@ mod origin;
 mod origin_grid;
 pub mod picture;
 pub mod prepare;
-pub mod render;
+mod render;
 pub mod sampler;
 pub mod scene;
 pub mod settings;

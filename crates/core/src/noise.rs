@@ -10,7 +10,7 @@ use raywright_bvh::scalar::{Real, Vector};
 
 /// Greatest number of octaves in a sum. The last octave has 2²³ cycles per unit, the resolution of
 /// an `f32`.
-pub const MAX_OCTAVES: u32 = 24;
+pub(crate) const MAX_OCTAVES: u32 = 24;
 
 /// Period of the lattice in lattice points, and number of hash values.
 const PERIOD: usize = 289;
@@ -169,7 +169,7 @@ fn lerp<R: Real>(a: R, b: R, t: R) -> R {
 
 /// Returns gradient noise at the point `p` in space, within about ±1.
 #[inline]
-pub fn noise3<R: Real>(p: R::Vec3) -> R {
+pub(crate) fn noise3<R: Real>(p: R::Vec3) -> R {
     let ([x0, x1], x) = lattice_cell(p.x());
     let ([y0, y1], y) = lattice_cell(p.y());
     let ([z0, z1], z) = lattice_cell(p.z());
@@ -202,7 +202,7 @@ pub fn noise3<R: Real>(p: R::Vec3) -> R {
 
 /// Returns gradient noise at the point (`x`, `y`) of a plane, within about ±1.
 #[inline]
-pub fn noise2<R: Real>(x: R, y: R) -> R {
+pub(crate) fn noise2<R: Real>(x: R, y: R) -> R {
     let ([x0, x1], x) = lattice_cell(x);
     let ([y0, y1], y) = lattice_cell(y);
     let corner = |hash: usize, x: R, y: R| {
@@ -257,7 +257,7 @@ pub fn turbulence3<R: Real>(p: R::Vec3, octaves: u32) -> R {
 }
 
 /// Returns fractional Brownian motion at a point in a plane, defined as for [`fbm3`].
-pub fn fbm2<R: Real>(x: R, y: R, octaves: u32) -> R {
+pub(crate) fn fbm2<R: Real>(x: R, y: R, octaves: u32) -> R {
     sum_octaves(octaves, |frequency| noise2(x * frequency, y * frequency))
 }
 

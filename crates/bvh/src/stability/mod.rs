@@ -6,16 +6,16 @@
 //! their outcomes. Some cases also measure textbook formulas, which fail. Their functions have the
 //! intersection function as a parameter.
 
-pub mod boxes;
-pub mod closed_meshes;
+mod boxes;
+mod closed_meshes;
 pub mod cost_comparison;
-pub mod planes;
+mod planes;
 pub mod quadrics;
 pub mod shapes;
 pub mod sphere;
 pub mod textbook;
 pub mod torus;
-pub mod tree_and_scan;
+mod tree_and_scan;
 pub mod triangles;
 pub mod verdicts;
 

@@ -45,7 +45,7 @@ fn sum_outcomes<T>(
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
 /// Measures case P01: hits of spheres from 2 to 10⁶ radii away.
-pub fn measure_far_spheres(rays: RayCount) -> Vec<Measurement> {
+pub(crate) fn measure_far_spheres(rays: RayCount) -> Vec<Measurement> {
     pair_outcomes_with_textbook(
         sum_outcomes(RATIOS, |ratio| {
             judge_far_sphere(ratio, 8.0, rays, textbook::intersect)
@@ -61,7 +61,7 @@ pub fn measure_far_spheres(rays: RayCount) -> Vec<Measurement> {
 
 /// Measures case P02: the surface points of spheres from 2 to 10⁶ radii away, around the origin and
 /// far from it.
-pub fn measure_surface_points(rays: RayCount) -> Vec<Measurement> {
+pub(crate) fn measure_surface_points(rays: RayCount) -> Vec<Measurement> {
     let parts = || {
         [0.0, 1e3, 1e5]
             .into_iter()
@@ -82,7 +82,7 @@ pub fn measure_surface_points(rays: RayCount) -> Vec<Measurement> {
 
 /// Measures case P13: rays along, or nearly along, a generator of a cone or an asymptote of a
 /// hyperboloid. The leading coefficient of the quadratic vanishes for such rays.
-pub fn measure_vanishing_coefficients(rays: RayCount) -> Vec<Measurement> {
+pub(crate) fn measure_vanishing_coefficients(rays: RayCount) -> Vec<Measurement> {
     let parts = || {
         ["cone", "hyperboloid"]
             .into_iter()
@@ -102,7 +102,7 @@ pub fn measure_vanishing_coefficients(rays: RayCount) -> Vec<Measurement> {
 }
 
 /// Measures case P15: hits of flat and of needle-like ellipsoids.
-pub fn measure_extreme_ellipsoids(rays: RayCount) -> Vec<Measurement> {
+pub(crate) fn measure_extreme_ellipsoids(rays: RayCount) -> Vec<Measurement> {
     const AXES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
     pair_outcomes_with_textbook(
         sum_outcomes(AXES, |k| {
@@ -118,7 +118,7 @@ pub fn measure_extreme_ellipsoids(rays: RayCount) -> Vec<Measurement> {
 }
 
 /// Measures case P17: tori with three tube radii, from 3 to 1000 major radii away.
-pub fn measure_far_tori(rays: RayCount) -> Vec<Measurement> {
+pub(crate) fn measure_far_tori(rays: RayCount) -> Vec<Measurement> {
     const COUNT: u32 = 10_000;
     let parts = || {
         [0.3, 0.1, 0.01]
@@ -153,7 +153,7 @@ fn build_closed_meshes() -> [(&'static str, ClosedMesh); 2] {
 }
 
 /// Measures case P22: the closed meshes of P21, with every face or every second face flipped.
-pub fn measure_flipped_faces(rays: RayCount) -> Vec<Measurement> {
+pub(crate) fn measure_flipped_faces(rays: RayCount) -> Vec<Measurement> {
     fn measure_precision<R: Real>(count: u32, rays: RayCount) -> Measurement {
         let turned = [1, 2].into_iter().flat_map(|every| {
             build_closed_meshes().map(|(name, mesh)| (name, mesh.flip_every_nth_face(every)))
@@ -173,7 +173,7 @@ pub fn measure_flipped_faces(rays: RayCount) -> Vec<Measurement> {
 
 /// Measures case P21: rays at common edges and corners of closed meshes. The textbook formula is
 /// measured with fewer rays: it has no tree, so it tests every face.
-pub fn measure_shared_edges(rays: RayCount) -> Vec<Measurement> {
+pub(crate) fn measure_shared_edges(rays: RayCount) -> Vec<Measurement> {
     let meshes = build_closed_meshes();
     let parts = || {
         meshes

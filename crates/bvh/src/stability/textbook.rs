@@ -226,7 +226,7 @@ pub fn hits_any_triangle(triangles: &[Triangle<f32>], ray: &Ray<f32>) -> bool {
 
 /// Whether a ray enters a box, by a slab test in f32. To avoid a division by zero, the reciprocal
 /// of each direction component is clamped to at most 2²³.
-pub fn enters_box_by_clamped_reciprocals([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
+pub(crate) fn enters_box_by_clamped_reciprocals([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
     const MOST: f32 = 8_388_608.0;
     let inverse = ray.direction.map(|d| (1.0 / d).clamp(-MOST, MOST));
     let (a, b) = ((min - ray.origin) * inverse, (max - ray.origin) * inverse);

@@ -218,7 +218,7 @@ pub fn judge_mesh_leaks_of_tree<R: Real>(
 
 /// Measures case P20: rays nearly in the plane of a thin distant triangle. If such a ray hits, the
 /// hit point must lie in the triangle's box.
-pub fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement> {
+pub(crate) fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge_rays("P20", 52, 600_000, rays, |rng| {
         let x = rng.sample_direction();
         let y = rng.sample_offset_in_disc(x, 1.0).normalize();

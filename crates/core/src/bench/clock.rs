@@ -10,7 +10,7 @@ pub const CLOCK_NAME: &str = if cfg!(unix) {
 
 /// Returns the CPU time of the calling thread in seconds. Only differences on one thread are
 /// meaningful. Except on Unix, it is wall-clock time.
-pub fn thread_seconds() -> f64 {
+pub(crate) fn thread_seconds() -> f64 {
     cpu_seconds(TimerScope::Thread)
 }
 

@@ -42,7 +42,7 @@ impl GeneratedPrimitive {
 }
 
 /// Returns the radius at which `count` spheres have the total volume [`TOTAL_SPHERE_VOLUME`].
-pub fn sphere_radius(count: u32) -> f64 {
+pub(crate) fn sphere_radius(count: u32) -> f64 {
     libm::cbrt(TOTAL_SPHERE_VOLUME * 3.0 / (4.0 * PI * f64::from(count.max(1))))
 }
 
@@ -84,7 +84,7 @@ impl HashedRandom {
 ///
 /// # Errors
 /// Fails for more primitives than a BVH can address.
-pub fn generate_primitives<R: Real>(
+pub(crate) fn generate_primitives<R: Real>(
     kind: GeneratedPrimitive,
     count: u32,
     seed: u64,
@@ -113,7 +113,7 @@ pub fn generate_primitives<R: Real>(
 
 /// Generates rays in uniform directions. Each ray starts outside the unit cube, at a distance of 2
 /// from a uniform point in the cube, at which it aims.
-pub fn generate_rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
+pub(crate) fn generate_rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
     let numbers = HashedRandom { seed };
     let ray = |i: u64| {
         let (target_direction, direction) =

@@ -19,9 +19,9 @@ use crate::prepare::PrepareError;
 use measure::{BenchMethod, BenchedGeometry, ScanTreePair, measure_scan_and_tree, time_builds};
 
 pub use comparison::{SceneComparison, compare_scene};
-pub use generated::{
-    GeneratedPrimitive, TOTAL_SPHERE_VOLUME, generate_primitives, generate_rays, sphere_radius,
-};
+pub(crate) use generated::generate_primitives;
+pub(crate) use generated::generate_rays;
+pub use generated::{GeneratedPrimitive, TOTAL_SPHERE_VOLUME};
 pub use measure::{BenchOptions, HitMismatch, QueryCost, ScanTreeTiming};
 pub use statistics::{Crossover, PowerLaw, SampleQuantiles};
 

@@ -15,7 +15,7 @@ const BUCKET_SHIFT: u32 = 16;
 /// Table that converts display-linear values to 8-bit codes by one transfer curve.
 /// [`DisplayMap`](super::DisplayMap) contains it.
 #[derive(Clone, Debug)]
-pub struct CodeTable {
+pub(crate) struct CodeTable {
     /// Thresholds: entry k is the least value whose code is greater than k. The last entry is
     /// infinite.
     next: [f32; 256],

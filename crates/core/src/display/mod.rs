@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::picture::Picture;
 use crate::scene::{RenderSettings, ToneMap, TransferCurve};
-pub use codes::CodeTable;
+pub(crate) use codes::CodeTable;
 pub use output::OutputFormat;
 use tone::ToneOperator;
 

@@ -47,12 +47,12 @@ use std::collections::BTreeMap;
 pub use error::ExprError;
 pub use function::{constant_names, function_names};
 pub use graph::Constant;
-pub use program::{MAX_OPERATIONS, Program};
+pub use program::Program;
 pub use programs::ProgramTable;
 pub use scope::{ExprScope, Variable, VariableValues};
 
 /// Greatest length of an expression in bytes.
-pub const MAX_SOURCE_BYTES: usize = 16 * 1024;
+pub(crate) const MAX_SOURCE_BYTES: usize = 16 * 1024;
 
 /// Greatest nesting depth of parentheses, calls, conditions, prefixes and powers.
 pub const MAX_DEPTH: usize = 64;

@@ -9,7 +9,7 @@ use super::run::Instruction;
 use super::scope::Variable;
 
 /// Greatest number of operations of a program.
-pub const MAX_OPERATIONS: usize = 1024;
+pub(crate) const MAX_OPERATIONS: usize = 1024;
 
 /// Possible sizes of the register file, in rows of four registers. A program uses the smallest
 /// sufficient size, because the file is initialised at each hit. Each row holds the result of at

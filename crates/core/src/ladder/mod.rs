@@ -157,7 +157,7 @@ pub struct CurrentRung {
 
 /// Returns the effects that a scene needs according to a report, whether they are simulated or left
 /// out.
-pub fn needed_effects(effects: &EffectReport) -> EffectSet {
+pub(crate) fn needed_effects(effects: &EffectReport) -> EffectSet {
     effects
         .effects
         .iter()
@@ -168,7 +168,7 @@ pub fn needed_effects(effects: &EffectReport) -> EffectSet {
 
 /// Iterates over the ladders that have an influence on a scene. They depend on its integrator,
 /// sampling and effects.
-pub fn applicable_ladders(
+pub(crate) fn applicable_ladders(
     scene: &Scene,
     settings: &Settings,
     effects: &EffectReport,

@@ -57,7 +57,7 @@ pub struct WorstPixel {
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or
 /// inconsistent picture.
-pub fn picture_errors(
+pub(crate) fn picture_errors(
     picture: &Picture,
     reference: &Picture,
 ) -> Result<PictureErrors, MetricsError> {
@@ -158,7 +158,7 @@ pub fn max_channel_differences(
 
 /// Returns the share of the pixels, 0 to 1, whose difference is above a threshold. `differences`
 /// comes from [`max_channel_differences`].
-pub fn share_of_pixels_above(differences: &[f32], threshold: f64) -> f64 {
+pub(crate) fn share_of_pixels_above(differences: &[f32], threshold: f64) -> f64 {
     let beyond = differences
         .iter()
         .filter(|&&difference| f64::from(difference) > threshold)

@@ -10,9 +10,9 @@ mod statistics;
 
 pub use comparison::{ComparedPicture, Comparison, CoverageErrors, ShareAboveThreshold, compare};
 pub(crate) use errors::RELATIVE_FLOOR;
-pub use errors::{
-    PictureErrors, WorstPixel, max_channel_differences, picture_errors, share_of_pixels_above,
-};
+pub(crate) use errors::picture_errors;
+pub(crate) use errors::share_of_pixels_above;
+pub use errors::{PictureErrors, WorstPixel, max_channel_differences};
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip};
 pub use heat::heat_map;
 pub use noise::{NoiseTestResult, PictureWithErrors, TestedBlock, test_against_noise};

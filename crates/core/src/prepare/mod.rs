@@ -51,8 +51,9 @@ pub(crate) use material::{
 };
 use material_set::MaterialSet;
 use prepared_parts::PreparedParts;
+pub(crate) use prepared_scene::PreparedScene;
 pub(crate) use prepared_scene::PreparedSpawnRule;
-pub use prepared_scene::{PreparedScene, TableSizes};
+pub use prepared_scene::TableSizes;
 pub use unreached_lights::UnreachedLight;
 pub use unresolved_gaps::UnresolvedGap;
 

@@ -71,7 +71,7 @@ impl<R: Real> PreparedClassicRules<R> {
 /// by index. No object, material or primitive has a pointer, closure or trait object of its own.
 /// Meshes and images are not copied: each is shared with the scene by one pointer.
 #[derive(Clone, Debug)]
-pub struct PreparedScene<R: Real> {
+pub(crate) struct PreparedScene<R: Real> {
     pub(crate) geometry: Geometry<R>,
     /// The meshes in use.
     pub(crate) meshes: Vec<Arc<MeshData>>,

@@ -96,8 +96,9 @@ pub enum MaterialModel {
     Physical(Box<Physical>),
 }
 
-/// A local lighting model of several terms. At a point with normal n, viewed along the unit
-/// direction d, its radiance is
+/// A local lighting model: the sum of ambient, diffuse, specular and rim light, emission, and
+/// traced reflection or refraction. At a point with normal n, viewed along the unit direction d,
+/// its radiance is
 ///
 /// local · ( colour·(ambient + Σ diffuse·max(0, n·l)·shadow·light) + Σ specular + rim ) + emission
 ///
@@ -196,7 +197,7 @@ pub struct RimLight {
     pub exponent: u32,
 }
 
-/// A traced mirror reflection.
+/// Mirror reflection of a classic material, found by tracing a reflected ray.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -225,7 +226,8 @@ pub struct ReflectionFuzz {
     pub frequencies: [[f64; 3]; 3],
 }
 
-/// Traced refraction and the reflection at the same boundary.
+/// Refraction of a classic material, and the reflection at the same boundary, both found by tracing
+/// rays.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

@@ -47,7 +47,7 @@ pub enum MeshSource {
     File(String),
 }
 
-/// The arrays of a mesh.
+/// The arrays of a mesh: vertices with their attributes, and triangles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]

@@ -75,7 +75,7 @@ impl SamplePattern {
     }
 }
 
-/// Algorithm that computes light.
+/// Algorithm that computes the light of a picture: Whitted ray tracing or path tracing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -129,7 +129,7 @@ pub enum TransferCurve {
 }
 
 /// Rules for all classic materials of a scene. The defaults suit new scenes. The alternatives
-/// reproduce documented shaders.
+/// reproduce published shaders.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
@@ -146,7 +146,8 @@ pub struct ClassicRules {
     pub depth_limit: DepthLimit,
 }
 
-/// Origin of reflected, refracted and shadow rays, and the least distance of their hits.
+/// Rule for the start of reflected, refracted and shadow rays: where they start, and the least
+/// distance of their hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -159,7 +160,8 @@ pub enum SpawnRule {
     Constant(ConstantOffset),
 }
 
-/// Constants of the rule `constant`, in world units.
+/// Distances, in world units, of the rule by which rays start at a constant distance from the
+/// surface.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

@@ -25,7 +25,7 @@ use super::metadata::{PictureMetadata, SOFTWARE};
 /// # Errors
 ///
 /// A picture with inconsistent buffers.
-pub fn encode_exr(picture: &Picture, metadata: &PictureMetadata) -> io::Result<Vec<u8>> {
+pub(crate) fn encode_exr(picture: &Picture, metadata: &PictureMetadata) -> io::Result<Vec<u8>> {
     super::check_buffer_sizes(picture)?;
     let encoding = Encoding {
         compression: Compression::ZIP16,

@@ -26,7 +26,7 @@ use crate::error::Error;
 pub use animation::{AnimationFormat, AnimationWriter};
 use atomic::ReplaceRule;
 pub use atomic::write_atomically;
-pub use exr::encode_exr;
+pub(crate) use exr::encode_exr;
 pub use film::{StoredFilm, read_film, write_film};
 pub use marks::{PictureMark, mark_radius, write_marked_picture};
 pub use metadata::PictureMetadata;
@@ -34,10 +34,12 @@ pub use output_path::OutputPath;
 pub(crate) use output_path::file_fingerprint;
 pub use ownership::is_own_picture;
 pub use png::encode_png;
+pub(crate) use read::decode_picture;
 pub(crate) use read::decoder_can_abort;
-pub use read::{StoredPicture, decode_picture, read_picture};
+pub use read::{StoredPicture, read_picture};
 pub use sheet::ContactSheet;
-pub use web_formats::{encode_jpeg, encode_webp};
+pub(crate) use web_formats::encode_jpeg;
+pub(crate) use web_formats::encode_webp;
 
 /// Format of a picture file, chosen by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -83,7 +83,11 @@ pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error
 ///
 /// # Errors
 /// As [`read_picture`], without the kind for unreadable files.
-pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Error> {
+pub(crate) fn decode_picture(
+    path: &Path,
+    bytes: &[u8],
+    limits: &Limits,
+) -> Result<StoredPicture, Error> {
     let decoded = if bytes.starts_with(PNG) {
         decode_png(bytes, limits)
     } else if bytes.starts_with(EXR) {

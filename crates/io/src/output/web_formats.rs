@@ -16,7 +16,7 @@ use super::metadata::PictureMetadata;
 ///
 /// # Errors
 /// A picture with coverage or with inconsistent buffers.
-pub fn encode_jpeg(
+pub(crate) fn encode_jpeg(
     picture: &Picture,
     quality: u8,
     display: Display,
@@ -42,7 +42,7 @@ pub fn encode_jpeg(
 ///
 /// # Errors
 /// A picture with inconsistent buffers.
-pub fn encode_webp(
+pub(crate) fn encode_webp(
     picture: &Picture,
     display: Display,
     metadata: &PictureMetadata,
