@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use raywright_core::Observer;
 use raywright_core::suggest::most_similar_word;
-use raywright_core::{RenderOutput, Settings, measure_extent};
+use raywright_core::{RenderOutput, Settings, measure_scene_extent};
 use raywright_io::{
     Error, ErrorKind, Input, LightShortage, Limits, LoadOptions, LoadedScene, SceneFormat,
     WarningCode, list_scenes_and_models, load_observed, presets,
@@ -131,7 +131,7 @@ pub fn is_empty_scene(loaded: &LoadedScene) -> bool {
         return false;
     }
     let has_no_objects = scene.objects.is_empty() && scene.generators.is_empty();
-    let extent = measure_extent(scene, Settings::from_scene(scene).precision);
+    let extent = measure_scene_extent(scene, Settings::from_scene(scene).precision);
     has_no_objects || extent.bounds.is_empty() && extent.unbounded == 0
 }
 
@@ -163,7 +163,7 @@ pub fn describe_empty_picture(
     rendered: &RenderOutput,
     settings: &Settings,
 ) -> Option<String> {
-    let bounds = measure_extent(&loaded.scene, settings.precision).bounds;
+    let bounds = measure_scene_extent(&loaded.scene, settings.precision).bounds;
     // A ray that ended after the largest number of crossed surfaces has hit something, too.
     if rendered.counters.hits > 0 || rendered.counters.cut_short > 0 || bounds.is_empty() {
         return None;

@@ -226,8 +226,8 @@ impl<R: Real> PreparedCamera<R> {
     }
 
     /// Returns the distance from the eye to the origins of the rays, in world units; for an
-    /// orthographic camera, the distance from the plane of the eye. Zero unless the camera is
-    /// distant.
+    /// orthographic camera, the distance from the plane of the eye. Zero unless the camera
+    /// is so far from the scene that its rays start nearer to the scene than the eye.
     #[inline]
     pub fn eye_to_origin_distance(&self) -> R {
         self.distant

@@ -94,7 +94,7 @@ pub fn prepare(
 
 /// Returns the extent of a scene in world units, with coordinates rounded as in the given
 /// precision. Only the scene's data are read; nothing is built.
-pub fn measure_extent(scene: &Scene, precision: PrecisionChoice) -> SceneExtent {
+pub fn measure_scene_extent(scene: &Scene, precision: PrecisionChoice) -> SceneExtent {
     let lookup = SceneLookup::new(scene);
     match precision {
         PrecisionChoice::Robust => extent::scene_extent::<f32>(scene, &lookup),

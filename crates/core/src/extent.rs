@@ -12,9 +12,9 @@ use raywright_bvh::{Aabb, Real, Shape as _, Vector};
 
 use crate::generate::objects_relative_to;
 use crate::lookup::SceneLookup;
-use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::shape::{convert_shape, convert_shape_in_own_space, transform_relative_to};
+use crate::storage_origin::StorageOrigin;
 pub(crate) use uses::MeshUseCounts;
 
 /// Extent of a scene in world units: the box of its bounded objects, and the number of its

@@ -109,7 +109,6 @@ mod motion;
 pub mod noise;
 pub mod number;
 mod observer;
-mod origin;
 mod origin_grid;
 pub mod picture;
 pub mod prepare;
@@ -119,6 +118,7 @@ pub mod scene;
 pub mod settings;
 mod shape;
 pub mod stability;
+mod storage_origin;
 pub mod stress;
 mod studio;
 pub mod suggest;
@@ -126,7 +126,7 @@ mod texture;
 pub mod validate;
 pub use affine::affine_from_steps;
 pub use dispatch::{
-    ReadyScene, estimate_scene_memory, find_collapsed_objects, measure_extent, prepare,
+    ReadyScene, estimate_scene_memory, find_collapsed_objects, measure_scene_extent, prepare,
 };
 pub use lookup::SceneLookup;
 pub use memory::MemoryUse;

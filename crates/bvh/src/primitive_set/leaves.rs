@@ -101,14 +101,14 @@ impl<R: Real> PrimitiveSet<R> {
         ] {
             let firsts = slots.clone().step_by(WIDTH);
             bvh.add_always_tested_primitive_rows(
-                firsts.map(|first| self.build_row(kind, first..slots.end.min(first + WIDTH))),
+                firsts.map(|first| self.build_leaf_row(kind, first..slots.end.min(first + WIDTH))),
             );
         }
-        bvh.fill_sphere_leaves(first, |slots| self.build_row(RowKind::Spheres, slots));
+        bvh.fill_sphere_leaves(first, |slots| self.build_leaf_row(RowKind::Spheres, slots));
     }
 
     /// Builds the row of the spheres or planes (by `kind`) in up to eight slots.
-    fn build_row(&self, kind: RowKind, slots: Range<usize>) -> PrimitiveRow {
+    fn build_leaf_row(&self, kind: RowKind, slots: Range<usize>) -> PrimitiveRow {
         let own = |slot: &PrimitiveSlot| {
             let index = slot.index as usize;
             let numbers = match kind {

@@ -117,10 +117,11 @@ impl<R: Real> Surface<R> {
     /// Creates the ray of [`Self::spawn_ray_to_surface`], and its length, without a branch. Both
     /// are valid only if the length is positive and finite.
     ///
-    /// The two flags are for [`RayEndTriangles`](crate::RayEndTriangles). The first is whether the ray leaves this
-    /// surface on the side of the ray's origin. The second is whether the ray reaches `target` on
-    /// the side of the ray's end. Both are true unless the points are about as near to each other
-    /// as their error bounds.
+    /// The two flags are for [`RayEndTriangles`](crate::RayEndTriangles). The origin of the
+    /// ray is moved off this surface to one of its sides, and the end off `target`. The first flag is
+    /// whether the ray leaves this surface towards that side. The second is whether the ray reaches
+    /// `target` from that side. Both are true unless the points are about as near to each other as
+    /// their error bounds.
     #[inline(always)]
     pub fn spawn_unchecked_ray_to_surface(&self, target: &Self) -> (Ray<R>, R, [bool; 2]) {
         let across = target.point - self.point;

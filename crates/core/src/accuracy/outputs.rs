@@ -70,7 +70,7 @@ pub(super) fn measure_output_formats(
         };
         let exact = OutputFormatReport {
             rung: choice.rung(),
-            about: choice.description(),
+            about: choice.rung_description(),
             in_use: format == in_use,
             bytes_per_pixel: 3 * format.bytes_per_channel(),
             seconds: None,

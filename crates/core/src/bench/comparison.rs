@@ -13,10 +13,10 @@ use super::{BenchError, BenchOptions, SEEDS};
 use crate::camera::PreparedCamera;
 use crate::framing::{FIELD_OF_VIEW, Silhouette, ViewAngles};
 use crate::lookup::SceneLookup;
-use crate::origin::{StorageOrigin, camera_relative_to};
 use crate::prepare::build_geometry;
 use crate::scene::Scene;
 use crate::settings::Settings;
+use crate::storage_origin::{StorageOrigin, camera_relative_to};
 
 /// Largest number of camera rays.
 const CAMERA_RAYS: u32 = 1 << 15;

@@ -60,7 +60,7 @@ impl RungChoice {
     }
 
     /// Returns the description of the rung for users, which names its error.
-    pub fn description(&self) -> &'static str {
+    pub fn rung_description(&self) -> &'static str {
         self.rung.about
     }
 

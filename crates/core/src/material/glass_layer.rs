@@ -117,9 +117,9 @@ impl<N: Number> TintedDielectric<N> {
         (self.tinted_fresnel.reflectance(lane, cosines).into(), exact)
     }
 
-    /// Scales a BSDF value of the untinted boundary. `of(tinted, plain)` is the factor for the
-    /// reflectances with and without tint and film, at a cosine of incidence. Returns the scaled
-    /// value and the unchanged density.
+    /// Scales a BSDF value of the untinted boundary. `of` computes the factor from two reflectances at
+    /// the same cosine of incidence: with tint and film, and without them. Returns the scaled value
+    /// and the unchanged density.
     fn apply_tint(
         &self,
         (own, density): (N::Vec3, N),

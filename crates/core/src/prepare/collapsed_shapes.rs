@@ -9,9 +9,9 @@ use crate::affine::affine_from_steps;
 use crate::generate::generator_offsets;
 use crate::lookup::SceneLookup;
 use crate::motion::object_transforms_at_ends;
-use crate::origin::StorageOrigin;
 use crate::scene::{Generator, Object, Scene, Shape};
 use crate::shape::shape_origin;
+use crate::storage_origin::StorageOrigin;
 use crate::validate::{MAX_PROBLEMS, Problem, do_edges_span_no_area, format_list};
 
 /// An extent of a shape, such as the height of a box, that becomes zero when the shape's

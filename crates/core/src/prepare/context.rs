@@ -8,9 +8,9 @@ use super::emitter_filter::EmitterFilter;
 use crate::effects::{EffectSet, chosen_integrator};
 use crate::lookup::SceneLookup;
 use crate::observer::Observer;
-use crate::origin::StorageOrigin;
 use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
+use crate::storage_origin::StorageOrigin;
 
 /// The common input of all steps of a preparation.
 #[derive(Clone, Copy)]

@@ -14,8 +14,8 @@ use super::error::{PrepareError, check_cancelled};
 use crate::generate::{PlacedObject, all_objects, objects_relative_to};
 use crate::lookup::SceneLookup;
 use crate::observer::Observer;
-use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Scene, SideRule};
+use crate::storage_origin::StorageOrigin;
 
 use builder::GeometryBuilder;
 pub(super) use triangles::add_triangles;

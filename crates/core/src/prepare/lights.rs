@@ -10,8 +10,8 @@ use crate::effects::Effect;
 use crate::light::{
     DeltaLight, EmitterList, EmitterStrategy, Emitters, Irradiance, Lights, SkyRadiance,
 };
-use crate::origin::light_relative_to;
 use crate::settings::{LightSampling, Settings};
+use crate::storage_origin::light_relative_to;
 
 /// Prepares the lights of a scene. Samplers are built only for a path tracer.
 ///

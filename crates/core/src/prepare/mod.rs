@@ -32,9 +32,9 @@ use crate::light::{Irradiance, prepare_sky};
 use crate::lookup::SceneLookup;
 use crate::motion::{camera_with_simulated_motion, scene_with_simulated_motion};
 use crate::observer::Observer;
-use crate::origin::camera_relative_to;
 use crate::scene::{self, Scene, Sky, Studio};
 use crate::settings::Settings;
+use crate::storage_origin::camera_relative_to;
 
 pub(crate) use collapsed_shapes::{find_collapsed_objects, round_to_scalar};
 use context::PrepareContext;

@@ -12,11 +12,11 @@ use super::tangents::CornerTangents;
 use crate::camera::{PreparedCamera, RayCone};
 use crate::light::{Irradiance, LightId, LightUsage, Lights};
 use crate::memory::MemoryUse;
-use crate::origin::StorageOrigin;
 use crate::scene::{
     ClassicRules, DepthLimit, ImageData, MeshData, OffsetDirection, ShadowRule, SpawnRule,
 };
 use crate::settings::{LightSampling, RouletteStart};
+use crate::storage_origin::StorageOrigin;
 use crate::texture::InputTables;
 
 /// Rule for the origins of spawned rays, in the scalar `R` (see [`SpawnRule`]).

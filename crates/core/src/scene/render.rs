@@ -152,11 +152,12 @@ pub struct ClassicRules {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SpawnRule {
-    /// The origin is outside the rounding error of the hit point. This is correct at every scale.
+    /// A ray starts outside the rounding error of the hit point that it leaves. This is correct at every
+    /// scale.
     #[default]
     ErrorBound,
-    /// The origin is moved by a constant distance, as in many shaders. This is correct at a single
-    /// scale.
+    /// A ray starts a constant distance away from the hit point that it leaves, as in many shaders.
+    /// One distance suits scenes of one size only.
     Constant(ConstantOffset),
 }
 

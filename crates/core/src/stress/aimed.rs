@@ -203,8 +203,8 @@ impl MeshInstance<'_> {
     }
 }
 
-/// Returns the target if a ray aimed at it passes. Returns `None` if the ray hits a surface, or if
-/// rounding alone may carry the ray past all triangles beside the target.
+/// Returns the target if a ray aimed at it goes through the surface without a hit. Returns `None` if
+/// the ray hits a surface, or if the ray's own rounding may explain the miss.
 fn find_leak_point<R: Real>(
     prepared: &PreparedScene<R>,
     target: &MeshInstance<'_>,
@@ -289,7 +289,7 @@ mod tests {
         let whole = globe(usize::MAX);
         let scene_facts = SceneFacts::new(
             &whole,
-            crate::dispatch::measure_extent(&whole, Default::default()).bounds,
+            crate::dispatch::measure_scene_extent(&whole, Default::default()).bounds,
         );
         let topologies = super::super::meshes::mesh_topologies(&scene_facts);
         let deadline = RayDeadline {

@@ -10,9 +10,9 @@ use super::numbers::format_metres;
 use super::ray_survey::RaySurvey;
 use super::rounding::{RoundingEffect, measure_rounding_effects};
 use crate::dispatch::{ReadyScene, prepare};
-use crate::origin::{StorageOrigin, coordinate_spacing_in_box, resolves_object_shape};
 use crate::scene::Shape;
 use crate::settings::{PrecisionChoice, Settings};
+use crate::storage_origin::{StorageOrigin, coordinate_spacing_in_box, resolves_object_shape};
 
 /// Least ratio of two objects' distances from the cameras for the farther one to be the cause of
 /// coarse coordinates.

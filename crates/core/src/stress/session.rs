@@ -22,7 +22,7 @@ use super::{
     RayDeadline, StressSummary, black, bodies, cameras, copies, coplanar, furnace, hidden, lights,
     materials, meshes, overlaps, samples, storage, textures,
 };
-use crate::dispatch::{ReadyScene, find_collapsed_objects, measure_extent, prepare};
+use crate::dispatch::{ReadyScene, find_collapsed_objects, measure_scene_extent, prepare};
 use crate::framing::{FIELD_OF_VIEW, Silhouette};
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
@@ -75,7 +75,10 @@ impl StressSession<'_> {
     pub fn run_all_checks(&self) -> Result<StressSummary, PrepareError> {
         let (scene, settings) = (self.scene, self.settings);
         let lost = find_collapsed_objects(scene, settings.precision);
-        let scene_facts = SceneFacts::new(scene, measure_extent(scene, settings.precision).bounds);
+        let scene_facts = SceneFacts::new(
+            scene,
+            measure_scene_extent(scene, settings.precision).bounds,
+        );
         let views = self.camera_views();
         if !lost.is_empty() {
             return Ok(summarise_unprepared(&scene_facts, &views, &lost));

@@ -117,9 +117,11 @@ fn lost_triangle_findings<R: Real>(
     lost: &[u32],
     survey: &RaySurvey,
 ) -> Vec<StressFinding> {
-    let origin =
-        crate::origin::StorageOrigin::from_scene::<R>(scene_facts.scene, &scene_facts.lookup)
-            .origin;
+    let origin = crate::storage_origin::StorageOrigin::from_scene::<R>(
+        scene_facts.scene,
+        &scene_facts.lookup,
+    )
+    .origin;
     // What instances share is stored in its own space.
     let uses = MeshUseCounts::from_scene(scene_facts.scene);
     let mut findings = Vec::new();

@@ -297,7 +297,7 @@ fn the_extent_of_copies_far_away() {
         &[json!([]), json!([{ "translate": [0, 0, -90] }])],
     );
     for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
-        let bounds = raywright_core::measure_extent(&scene, precision).bounds;
+        let bounds = raywright_core::measure_scene_extent(&scene, precision).bounds;
         let found = [bounds.min, bounds.max].map(|corner| corner.to_array());
         assert_eq!(
             found,

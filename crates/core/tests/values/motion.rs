@@ -6,7 +6,9 @@ use raywright_core::camera::PreparedCamera;
 use raywright_core::effects::{Effect, EffectSet};
 use raywright_core::scene::{Camera as CameraData, SamplePattern, Scene};
 use raywright_core::settings::{Aov, PrecisionChoice, Sampling};
-use raywright_core::{RenderOutput, Settings, estimate_scene_memory, measure_extent, prepare};
+use raywright_core::{
+    RenderOutput, Settings, estimate_scene_memory, measure_scene_extent, prepare,
+};
 use serde_json::{Value, json};
 
 use crate::support::{ball, classic, expect_near, render_scene, scene, sun};
@@ -369,7 +371,7 @@ fn generated_things_move() {
     moving.generators =
         serde_json::from_value(json!([{ "kind": grid, "object": object }])).expect("a generator");
     for precision in PRECISIONS {
-        let bounds = measure_extent(&moving, precision).bounds;
+        let bounds = measure_scene_extent(&moving, precision).bounds;
         assert_eq!(
             (bounds.min, bounds.max),
             (DVec3::splat(-0.5), DVec3::new(98.5, 4.5, 0.5))

@@ -1,7 +1,7 @@
 //! `info` as JSON: the content of the table of `info`, as numbers and lists for scripts.
 
 use raywright_core::scene::{Image, Shape};
-use raywright_core::{Scene, SceneLookup, Settings, estimate_scene_memory, measure_extent};
+use raywright_core::{Scene, SceneLookup, Settings, estimate_scene_memory, measure_scene_extent};
 use raywright_io::LoadedScene;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -51,7 +51,7 @@ impl FileInfo {
     pub fn from_loaded(loaded: &LoadedScene) -> Self {
         let (scene, contents) = (&loaded.scene, &loaded.contents);
         let settings = Settings::from_scene(scene);
-        let bounds = measure_extent(scene, settings.precision).bounds;
+        let bounds = measure_scene_extent(scene, settings.precision).bounds;
         let animation = |info: &raywright_io::AnimationInfo| json!({ "name": info.name, "seconds": info.seconds });
         let extension = |info: &raywright_io::ExtensionInfo| json!({ "name": info.name, "required": info.required, "read": info.is_supported });
         Self {

@@ -10,7 +10,7 @@ use glam::DVec3;
 use raywright_core::extent::SceneExtent;
 use raywright_core::scene::{LightKind, MaterialModel, SamplePattern, Shape, Sky};
 use raywright_core::{
-    Scene, SceneLookup, Settings, estimate_scene_memory, generate, measure_extent,
+    Scene, SceneLookup, Settings, estimate_scene_memory, generate, measure_scene_extent,
 };
 use raywright_io::{AnimationInfo, ExtensionInfo, LoadedScene, SceneFormat, SceneNotation};
 
@@ -112,7 +112,7 @@ fn format_table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
 /// models of millions of triangles.
 fn format_bounds_and_memory(scene: &Scene) -> [(&'static str, String); 2] {
     let settings = Settings::from_scene(scene);
-    let SceneExtent { bounds, unbounded } = measure_extent(scene, settings.precision);
+    let SceneExtent { bounds, unbounded } = measure_scene_extent(scene, settings.precision);
     let corner = |point: DVec3| point.to_array().map(format_four_digits).join(", ");
     let box_around = if bounds.is_empty() {
         String::new()

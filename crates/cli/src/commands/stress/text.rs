@@ -52,7 +52,7 @@ impl StressText<'_> {
                 wrap_paragraph(&format!("and {more} more of the same kinds"))
             );
         }
-        if let Some(marked) = self.describe_marks() {
+        if let Some(marked) = self.describe_picture_marks() {
             text += &format!("\n{}\n", wrap_paragraph(&marked));
         }
         text + &format!("\n{}\n", wrap_paragraph(&describe_checks(report, seconds)))
@@ -146,7 +146,7 @@ impl StressText<'_> {
 
     /// Returns a sentence about the picture: findings without a mark, and overlapping marks. `None`
     /// without a picture.
-    fn describe_marks(&self) -> Option<String> {
+    fn describe_picture_marks(&self) -> Option<String> {
         let picture = self.picture?;
         let unmarked = list_unmarked(self.report);
         let name = picture.display();

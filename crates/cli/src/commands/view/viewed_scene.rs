@@ -11,7 +11,7 @@ use std::time::SystemTime;
 use raywright_core::framing::{FIELD_OF_VIEW, Silhouette};
 use raywright_core::ladder::RungChoice;
 use raywright_core::settings::Settings;
-use raywright_core::{ReadyScene, measure_extent};
+use raywright_core::{ReadyScene, measure_scene_extent};
 use raywright_io::{LoadOptions, LoadedScene};
 
 use crate::commands::render::picture::refuse_file_flags;
@@ -68,7 +68,7 @@ impl ViewedScene {
         let silhouette = OnceCell::new();
         let plan = resolve_plan(&task, &mut loaded, &silhouette)?;
         let ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
-        let bounds = measure_extent(&loaded.scene, plan.settings.precision).bounds;
+        let bounds = measure_scene_extent(&loaded.scene, plan.settings.precision).bounds;
         let reach = if bounds.is_empty() {
             ([0.0; 3], 1.0)
         } else {

@@ -46,7 +46,7 @@ impl MeasurementSession<'_> {
             };
             RungReport {
                 rung: choice.rung().to_owned(),
-                about: choice.description(),
+                about: choice.rung_description(),
                 in_use: is_in_use,
                 flag: (!is_in_use)
                     .then(|| RungSetting::from_rung(choice).flags().pop())

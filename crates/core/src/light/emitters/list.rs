@@ -163,9 +163,11 @@ impl<R: Real> EmitterList<R> {
         self.first_emitters.push(self.emitters.len() as u32);
     }
 
-    /// Returns the bytes of all tables, for numbers of emitters, transformed shapes, objects and
-    /// varying triangles with `across` cells along each side. Cumulative distributions and the
-    /// emitters' triangles in the accelerator are included.
+    /// Returns the size of all tables in bytes. Cumulative distributions and the emitters' triangles
+    /// in the accelerator are included.
+    ///
+    /// The arguments are the numbers of emitters, of transformed shapes, of objects, and of triangles
+    /// whose emission varies. Each of these triangles has a grid of `across` by `across` cells.
     pub(crate) fn estimate_bytes(
         emitters: u64,
         placed: u64,
