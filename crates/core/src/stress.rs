@@ -36,6 +36,7 @@ mod copies;
 mod coplanar;
 mod count;
 mod covers;
+mod directions;
 mod duplicates;
 mod enclosing_glass;
 mod faces;

@@ -5,6 +5,7 @@ use core::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::film_layers::FilmLayers;
 use super::sums::has_partial_block;
 use crate::denoise::requirements;
 use crate::picture::DataWindow;
@@ -28,54 +29,6 @@ const ADAPTIVE_REPLICATES: u32 = 4;
 /// an adaptive picture depends on the tile size. Smaller tiles estimate their noise less well,
 /// larger tiles follow its changes less well.
 const ADAPTIVE_TILE: u32 = 16;
-
-/// Layers of a film by the source of their values, with their channel names in files.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Vec<Aov>", into = "Vec<Aov>")]
-pub(crate) struct FilmLayers {
-    asked: Vec<Aov>,
-    /// Means over the first hits of all samples.
-    pub mean: Vec<(Aov, [&'static str; 3])>,
-    /// Values at the first hit of the pixel-centre ray.
-    pub centre: Vec<(Aov, &'static str)>,
-    /// Whether the film has the layer of sample counts, computed from the pixel's sums.
-    pub samples: bool,
-    /// Whether the film has the layer of standard errors, computed from the pixel's sums.
-    pub standard_error: bool,
-}
-
-impl From<FilmLayers> for Vec<Aov> {
-    fn from(layers: FilmLayers) -> Self {
-        layers.asked
-    }
-}
-
-impl From<Vec<Aov>> for FilmLayers {
-    fn from(requested: Vec<Aov>) -> Self {
-        let mut mean = Vec::new();
-        let mut centre = Vec::new();
-        for &aov in &requested {
-            match aov {
-                Aov::Albedo => mean.push((aov, ["albedo.R", "albedo.G", "albedo.B"])),
-                Aov::Normal => mean.push((aov, ["normal.X", "normal.Y", "normal.Z"])),
-                Aov::Position => mean.push((aov, ["position.X", "position.Y", "position.Z"])),
-                Aov::Emission => mean.push((aov, ["emission.R", "emission.G", "emission.B"])),
-                Aov::Depth => centre.push((aov, "depth.Z")),
-                Aov::Object => centre.push((aov, "object.id")),
-                Aov::Material => centre.push((aov, "material.id")),
-                Aov::Samples | Aov::StandardError => {}
-            }
-        }
-        let has = |aov| requested.contains(&aov);
-        Self {
-            mean,
-            centre,
-            samples: has(Aov::Samples),
-            standard_error: has(Aov::StandardError),
-            asked: requested,
-        }
-    }
-}
 
 /// Plan of a film: the division of the picture into tiles and replicates, and the data kept for
 /// each pixel.
@@ -251,67 +204,6 @@ impl FilmPlan {
             samples,
             replicates: choose_replicate_count(samples, self.asked, self.is_fixed),
             ..self.clone()
-        }
-    }
-
-    /// Returns the name of the first property in which two plans differ, such as "crop", the number
-    /// of samples excepted; `None` without another difference.
-    pub fn find_division_difference(&self, other: &Self) -> Option<&'static str> {
-        let differs = [
-            (self.crop != other.crop, "crop"),
-            (self.tile_size != other.tile_size, "size of tiles"),
-            (self.asked != other.asked, "number of replicates"),
-            (self.is_fixed != other.is_fixed, "pattern of samples"),
-            (self.adaptive != other.adaptive, "maximum error"),
-            (self.denoise != other.denoise, "denoising"),
-            (
-                (self.random, self.alpha, &self.layers)
-                    != (other.random, other.alpha, &other.layers),
-                "scene",
-            ),
-            (self.backdrop != other.backdrop, "ground"),
-        ];
-        differs
-            .into_iter()
-            .find(|(differs, _)| *differs)
-            .map(|(_, label)| label)
-    }
-
-    /// Returns the name of the first property in which two plans differ, such as "number of
-    /// samples"; `None` for equal plans.
-    pub fn find_difference(&self, other: &Self) -> Option<&'static str> {
-        let samples = (self.samples != other.samples).then_some("number of samples");
-        samples.or_else(|| self.find_division_difference(other))
-    }
-
-    /// Whether this plan can continue a film of the plan `fewer`: each replicate has at least as
-    /// many samples in this plan.
-    pub fn can_continue_film(&self, fewer: &Self) -> bool {
-        fewer.replicates <= self.replicates
-            && (0..fewer.replicates)
-                .all(|r| fewer.replicate_samples(r) <= self.replicate_samples(r))
-    }
-
-    /// Returns the least number of samples per pixel, at or above that of this plan, with which the
-    /// plan can continue a film of the plan `fewer`; `None` if no number suffices. Both plans have
-    /// the same division.
-    pub fn least_samples_to_continue(&self, fewer: &Self) -> Option<u32> {
-        // The last replicate of `fewer` has the fewest samples, `before` + 1. This plan needs as
-        // many in its first `last` replicates, and at least `before` in each further replicate.
-        let (before, last) = (
-            u64::from(fewer.samples / fewer.replicates - 1),
-            u64::from(fewer.replicates),
-        );
-        let mut samples = self.samples.max(fewer.samples);
-        loop {
-            let plan = self.with_samples(samples);
-            if plan.can_continue_film(fewer) {
-                return Some(samples);
-            }
-            // The number of replicates never decreases, and a smaller sum than this does not
-            // suffice for the replicates of `plan`.
-            let next = (u64::from(plan.replicates) * before + last).max(u64::from(samples) + 1);
-            samples = u32::try_from(next).ok()?;
         }
     }
 

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
+use super::directions::directions_in_cone;
 use super::facts::{SceneFacts, SurfaceKind};
-use super::light_survey::directions_in_cone;
 
 /// Bodies of glass that are considered, by their order in the scene.
 const BODIES: usize = 1000;

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use raywright_bvh::{Aabb, Hit, Interval, Ray, Real, Vector};
 
 use super::RayDeadline;
+use super::directions::directions_in_cone;
 use super::enclosing_glass::GlassBodies;
 use super::facts::{SceneFacts, SurfaceKind};
 use super::finding::CheckRun;
@@ -389,20 +390,4 @@ fn light_emits_towards(kind: &LightKind, towards: DVec3) -> bool {
     };
     let axis = DVec3::from(direction).normalize_or_zero();
     axis.dot(-towards) >= libm::cos(outer_angle.to_radians())
-}
-
-/// Returns directions spread evenly over a cone. `lowest` is the cosine of its half angle.
-pub(super) fn directions_in_cone(
-    axis: DVec3,
-    lowest: f64,
-    count: usize,
-) -> impl Iterator<Item = DVec3> {
-    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
-    let (x, y) = axis.any_orthonormal_pair();
-    (0..count).map(move |i| {
-        let z = 1.0 - (1.0 - lowest) * (i as f64 + 0.5) / count as f64;
-        let (sin, cos) = libm::sincos(GOLDEN_ANGLE * i as f64);
-        let ring = (1.0 - z * z).max(0.0).sqrt();
-        axis * z + x * (ring * cos) + y * (ring * sin)
-    })
 }
