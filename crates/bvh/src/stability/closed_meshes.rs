@@ -276,7 +276,7 @@ pub fn measure_box_inflation<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let mut measured = measure_mesh_leaks::<R>("T10", 230, 400_000, rays, &[a, b, c, near]);
     let cost = judge_rays("T10 surface", 231, 1, rays, |_| {
         Verdict::from_error(padded / tight, 1.3, || {
-            "ratio of the boxes' surface area with padding to that without".to_owned()
+            "surface area of the padded boxes divided by the surface area of the boxes without padding".to_owned()
         })
     });
     measured.iter_mut().for_each(|measurement| {

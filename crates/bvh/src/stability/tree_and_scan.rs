@@ -193,7 +193,7 @@ pub fn measure_plane_beside_tree<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let change = (nodes(&trees[0]) / nodes(&without) - 1.0).abs();
         let work = judge_rays("T14 work", 244, 1, rays, |_| {
             Verdict::from_error(change, 0.1, || {
-                "relative change in the number of visited nodes by the plane".to_owned()
+                "relative change in the number of visited nodes that the plane causes".to_owned()
             })
         });
         let hits = judge_rays("T14", 243, 40_000, rays, |rng| {
@@ -254,7 +254,7 @@ pub fn measure_ranges_that_end_at_hits<R: Real>(rays: RayCount) -> Vec<Measureme
                     let hit = trees[0].closest(&ray, Interval { min, max }, &mut ());
                     Verdict::from_condition(hit.is_none(), || {
                         format!(
-                            "the tree finds {hit:?} in a range that ends before it, at {max:?}{}",
+                            "the tree finds {hit:?}, although the range ends before this hit, at {max:?}{}",
                             format_ray_bits(&ray)
                         )
                     })
@@ -264,7 +264,7 @@ pub fn measure_ranges_that_end_at_hits<R: Real>(rays: RayCount) -> Vec<Measureme
                     let hit = trees[0].closest(&ray, within, &mut ());
                     Verdict::from_condition(hit == Some(first), || {
                         format!(
-                            "the tree finds {hit:?} instead of {first:?}, just before the end of the range{}",
+                            "the tree finds {hit:?} instead of {first:?}, which lies just before the end of the range{}",
                             format_ray_bits(&ray)
                         )
                     })

@@ -1,8 +1,6 @@
 //! Judgement of a case's random rays: the verdicts of an oracle (a computation of higher accuracy),
 //! and the outcome that counts them. Rays are judged in parallel.
 
-use core::fmt::Write;
-
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -121,20 +119,11 @@ pub fn nearest_hit<R: Real>(shape: &impl Shape<R>, ray: &Ray<R>) -> Option<Shape
 
 /// Formats the bit patterns of the ray's numbers as f32, for a message.
 pub fn format_ray_bits<R: Real>(ray: &Ray<R>) -> String {
-    let mut text = String::new();
-    for (name, v) in [
-        ("origin", ray.origin.to_f32()),
-        ("direction", ray.direction.to_f32()),
-    ] {
-        let _ = write!(
-            text,
-            " {name} {:08x} {:08x} {:08x}",
-            v.x.to_bits(),
-            v.y.to_bits(),
-            v.z.to_bits()
-        );
-    }
-    text
+    let [origin, direction] = [ray.origin.to_f32(), ray.direction.to_f32()].map(|v| {
+        let [x, y, z] = [v.x, v.y, v.z].map(f32::to_bits);
+        format!("{x:08x} {y:08x} {z:08x}")
+    });
+    format!(" (bits of the ray as f32: origin {origin}, direction {direction})")
 }
 
 /// Verdict about one ray of a case, from a comparison with an oracle (the exact result).

@@ -99,7 +99,7 @@ fn integrator_reason(
         Integrator::Whitted | Integrator::Path => "requested by flag or scene",
         Integrator::Auto if paths => "the scene has effects that only path tracing simulates",
         Integrator::Auto if findings.iter().any(|f| f.status == EffectStatus::LeftOut) => {
-            "no effect of the scene needs path tracing; the effects left out are listed"
+            "no effect of the scene needs path tracing; the list shows which effects are left out"
         }
         Integrator::Auto => "Whitted ray tracing simulates every effect of the scene",
     }
@@ -117,7 +117,7 @@ fn mark_if_switched_off(finding: &mut EffectAssessment, left: EffectStatus, off:
     finding.because = if named {
         "switched off"
     } else {
-        "another effect that is switched off removes its cause from the scene"
+        "another effect is switched off, which removes the cause of this effect from the scene"
     }
     .to_owned();
     finding.hint = Some("remove the effect from --without".to_owned());

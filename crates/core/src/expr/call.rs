@@ -236,39 +236,43 @@ impl GraphBuilder<'_> {
     }
 }
 
-/// Returns the error for a call with a wrong number of arguments. Its hint is the right usage.
+/// Returns the error for a call with a wrong number of arguments. Its hint lists the right usages.
 fn argument_count_error(
     function: Function,
     name: &str,
     count: usize,
     span: Range<usize>,
 ) -> ExprError {
-    let usage = match function {
-        Function::Unary(_) | Function::MultiplyBy(_) => "(x)",
-        Function::Binary(Operation::Atan2) => "(y, x)",
-        Function::Binary(Operation::Step) => "(edge, x)",
-        Function::Binary(Operation::Power) => "(base, exponent)",
-        Function::Binary(_) => "(x, y)",
-        Function::Atan => "(x)` or `atan(y, x)",
-        Function::Extremum(_) => "(a, b, …)",
-        Function::Clamp => "(x, low, high)",
-        Function::Mix => "(a, b, t)",
-        Function::Smoothstep => "(low, high, x)",
-        Function::If => "(condition, then, else)",
-        Function::Vector => "(x, y, z)",
-        Function::Dot | Function::Cross => "(a, b)",
-        Function::Length | Function::Normalize => "(v)",
-        Function::Reflect => "(d, n)",
-        Function::Checker => "(x, y)` or `checker(x, y, z)",
-        Function::Noise(NoiseKind::One) => "(p)`, `noise(x, y)` or `noise(x, y, z)",
-        Function::Noise(_) => "(p, octaves)`, with two or three numbers for a point `p",
-        Function::PlaneNoise(NoiseKind::One) => "(x, y)",
-        Function::PlaneNoise(_) => "(x, y, octaves)",
+    let usages: &[&str] = match function {
+        Function::Unary(_) | Function::MultiplyBy(_) => &["(x)"],
+        Function::Binary(Operation::Atan2) => &["(y, x)"],
+        Function::Binary(Operation::Step) => &["(edge, x)"],
+        Function::Binary(Operation::Power) => &["(base, exponent)"],
+        Function::Binary(_) => &["(x, y)"],
+        Function::Atan => &["(x)", "(y, x)"],
+        Function::Extremum(_) => &["(a, b, …)"],
+        Function::Clamp => &["(x, low, high)"],
+        Function::Mix => &["(a, b, t)"],
+        Function::Smoothstep => &["(low, high, x)"],
+        Function::If => &["(condition, then, else)"],
+        Function::Vector => &["(x, y, z)"],
+        Function::Dot | Function::Cross => &["(a, b)"],
+        Function::Length | Function::Normalize => &["(v)"],
+        Function::Reflect => &["(d, n)"],
+        Function::Checker => &["(x, y)", "(x, y, z)"],
+        Function::Noise(NoiseKind::One) => &["(p)", "(x, y)", "(x, y, z)"],
+        Function::Noise(_) => &["(p, octaves)", "(x, y, octaves)", "(x, y, z, octaves)"],
+        Function::PlaneNoise(NoiseKind::One) => &["(x, y)"],
+        Function::PlaneNoise(_) => &["(x, y, octaves)"],
     };
+    let usages: Vec<String> = usages
+        .iter()
+        .map(|usage| format!("`{name}{usage}`"))
+        .collect();
     let plural = if count == 1 { "" } else { "s" };
     ExprError::new(
         format!("the function `{name}` cannot have {count} argument{plural}"),
         span,
     )
-    .with_hint(format!("write `{name}{usage}`"))
+    .with_hint(format!("write {}", usages.join(" or ")))
 }

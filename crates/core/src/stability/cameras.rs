@@ -110,11 +110,11 @@ pub fn measure_degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let is_number = all.iter().all(|d| d.is_finite());
         let is_distinct = all[0] != all[1] && all[0] != all[2] && all[1] != all[2];
         Verdict::from_condition(is_number && is_distinct, || {
-            format!("{data:?} at {x}, {y}: {all:?}")
+            format!("neighbouring pixels need finite and different ray directions, but {data:?} gives {all:?} at pixel {x}, {y}")
         })
         .and_then(|| {
             Verdict::from_error(off, 4.0 * R::ROUNDOFF.to_f64(), || {
-                format!("{data:?} at {x}, {y}: {all:?}")
+                format!("deviation from length 1 of the ray directions {all:?} at pixel {x}, {y} of {data:?}")
             })
         })
     });
@@ -170,11 +170,11 @@ pub fn measure_degenerate_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let open = lens(rng.choose(&[1e-6, 1e-2, 1.0])).generate_ray(x, y, on_lens);
         let off = (open.direction.to_f64().length() - 1.0).abs();
         Verdict::from_condition(bits(&without) == bits(&plain), || {
-            format!("{without:?} instead of {plain:?}")
+            format!("a lens of radius 0 gives {without:?} instead of the pinhole's {plain:?}")
         })
         .and_then(|| {
             Verdict::from_error(off, 4.0 * R::ROUNDOFF.to_f64(), || {
-                format!("{open:?} focused at {focus_distance:e}")
+                format!("deviation from length 1 of the direction of {open:?}, for a lens focused at {focus_distance:e}")
             })
         })
     });
@@ -246,7 +246,10 @@ pub fn measure_symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
                     .closest(&ray, Interval::positive(), &mut ())
                     .is_some();
                 Verdict::from_condition(is_seen, || {
-                    format!("view {view}, pixel {x}, {y}{}", format_ray_bits(&ray))
+                    format!(
+                        "the ray misses the lattice that fills the picture, in view {view}, pixel {x}, {y}{}",
+                        format_ray_bits(&ray)
+                    )
                 })
             })
         };

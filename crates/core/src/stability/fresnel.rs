@@ -77,7 +77,12 @@ pub fn measure_matched_indices(rays: RayCount) -> Vec<Measurement> {
             },
         )
     };
-    let describe = |cosine: f64, eta: f64| format!("cosine {:016x}, ratio {eta}", cosine.to_bits());
+    let describe = |cosine: f64, eta: f64| {
+        format!(
+            "reflectance at the cosine with bits {:016x} and the ratio of indices {eta}",
+            cosine.to_bits()
+        )
+    };
     let judged = |f: &(dyn Fn(f64, f64) -> f64 + Sync)| {
         judge_rays("S13", 411, 200_000, rays, |rng| {
             let (cosine, eta) = drawn(rng);
@@ -128,7 +133,7 @@ pub fn measure_fresnel(rays: RayCount) -> Vec<Measurement> {
         let requested = accurate_reflectance(cosine.clamp(0.0, 1.0), eta).unwrap_or(1.0);
         let describe = || {
             format!(
-                "cosine {:016x}, ratio {eta}: {found}, not {requested}",
+                "reflectance at the cosine with bits {:016x} and the ratio of indices {eta}, {found} instead of {requested}",
                 cosine.to_bits()
             )
         };
@@ -155,7 +160,12 @@ pub fn measure_schlick(rays: RayCount) -> Vec<Measurement> {
         let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
         let outside = rng.next_in_unit_interval();
         let requested = accurate_reflectance(outside, 1.0 / ior).unwrap_or(1.0);
-        let describe = || format!("cosine {:016x}, index {ior}", outside.to_bits());
+        let describe = || {
+            format!(
+                "Schlick's reflectance at the cosine with bits {:016x} and the index of refraction {ior}",
+                outside.to_bits()
+            )
+        };
         let from_without = interface_at_cosine(outside, 1.0 / ior).schlick(outside);
         // Cosine of the same ray in the reverse direction.
         let inside = (1.0 - (1.0 - outside) * (1.0 + outside) / (ior * ior)).sqrt();

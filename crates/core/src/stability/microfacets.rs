@@ -58,7 +58,9 @@ pub fn measure_narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
             .max(R::from_f64(0.03).to_f64());
         let requested = requested(n.to_f64(), h.to_f64(), roughness * roughness);
         Verdict::from_error((found / requested - 1.0).abs(), 1e-3, || {
-            format!("α {alpha:e}: {found}, not {requested}")
+            format!(
+                "relative error of the reflection at α {alpha:e}, {found} instead of {requested}"
+            )
         })
     });
     // The textbook's denominator (n·h)²·(α² − 1) + 1, in f32.
@@ -102,7 +104,7 @@ pub fn measure_visible_normals<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let weight = bsdf_sample.weight.x().to_f64();
         let describe = || {
             format!(
-                "α {alpha:e}, height {height:e}: weight {weight}, {:?}, {numbers:?}",
+                "sample at α {alpha:e} of a view at height {height:e}, with weight {weight}, direction {:?} and random numbers {numbers:?}",
                 bsdf_sample.direction
             )
         };

@@ -123,8 +123,13 @@ pub fn measure_sample_mappings<R: Real>(rays: RayCount) -> Vec<Measurement> {
             }
         };
         let [u, v] = [number(), number()];
-        let describe =
-            |label: &str| format!("{label} at {:016x} {:016x}", u.to_bits(), v.to_bits());
+        let describe = |label: &str| {
+            format!(
+                "{label} for the random numbers with bits {:016x} and {:016x}",
+                u.to_bits(),
+                v.to_bits()
+            )
+        };
         let unit = |label: &str, d: DVec3, bound: f64| {
             Verdict::from_error((d.length() - 1.0).abs(), bound, || describe(label))
         };
@@ -195,7 +200,9 @@ pub fn measure_stratification(rays: RayCount) -> Vec<Measurement> {
             )
         });
         Verdict::from_condition(twice.is_none(), || {
-            format!("{pixel:?}: {twice:?} falls into a cell of 2^{columns} columns that is taken")
+            format!(
+                "sample {twice:?} of the pixel {pixel:?} falls into a cell that an earlier sample fills, in a grid of 2^{columns} columns"
+            )
         })
     });
     precision_independent_measurements(&outcome)

@@ -99,7 +99,7 @@ pub fn measure_normalisation<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let v = to_scalar::<R>(rng.sample_direction() * length);
         let describe = || {
             format!(
-                "length {length:e}: {:08x?}",
+                "deviation from length 1 of a normalised vector, of length {length:e} and bits {:08x?} before",
                 v.to_f32().to_array().map(f32::to_bits)
             )
         };

@@ -21,7 +21,7 @@ pub(super) fn check_object_motion(check: &mut SceneCheck<'_>, object: &Object) {
         return;
     };
     if Motion::new(ends).is_err() {
-        let hint = "a turning object shrinks on its path: turn it by less than 180 degrees, and keep the sign of every scale factor";
+        let hint = "turn the object by less than 180 degrees between the two transforms, and keep the sign of every scale factor";
         check.with_key("transform_end", |check| {
             check.report_with_hint(
                 "between `transform` and `transform_end`, there is a time at which the object is flattened to zero thickness",
