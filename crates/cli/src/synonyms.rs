@@ -21,30 +21,36 @@ const SYNONYMS: [(&[&str], &str); 21] = [
     ),
     (
         &["transparent", "alpha", "rgba"],
-        "--background transparent",
+        "use --background transparent for pictures with alpha",
     ),
     (
         &["bg", "background-color", "background-colour"],
-        "--background COLOUR, such as white or #e6b219",
+        "use --background COLOUR, such as white or #e6b219",
     ),
     (
         &["hdri", "hdr", "environment", "envmap", "ibl", "skybox"],
-        "--env FILE, an equirectangular picture",
+        "use --env FILE for an equirectangular picture around the scene",
     ),
     (
         &["time", "timestamp"],
-        "use --at T for a time in the animation, --budget T for a limit on the render's time",
+        "use --at T for a time in the animation, or --budget T to limit the time of the render",
     ),
     (
         &["timeout", "time-limit", "max-time"],
-        "--budget T, such as 90s or 5min",
+        "use --budget T to limit the time of the render, such as 90s or 5min",
     ),
     (
         &["fps", "frame-rate", "framerate"],
-        "the rate is a part of --frames A..B:FPS, such as 0..2:25",
+        "use --frames A..B:FPS, such as 0..2:25 for the time from 0 s to 2 s at 25 pictures per second",
     ),
-    (&["animation-time", "frame"], "--at T, in seconds"),
-    (&["jobs", "cores", "cpus", "n-threads", "j"], "--threads N"),
+    (
+        &["animation-time", "frame"],
+        "use --at T for the time in the animation, in seconds",
+    ),
+    (
+        &["jobs", "cores", "cpus", "n-threads", "j"],
+        "use --threads N for the number of threads",
+    ),
     (
         &["noise", "noise-threshold", "noise-level", "tolerance"],
         "use --max-error E, such as 0.05, to end at an error of the picture",
@@ -55,7 +61,7 @@ const SYNONYMS: [(&[&str], &str); 21] = [
     ),
     (
         &["out", "outfile", "output-file", "filename", "o"],
-        "-o FILE",
+        "use -o FILE for the picture to write",
     ),
     (
         &["format", "output-format", "type"],
@@ -63,7 +69,7 @@ const SYNONYMS: [(&[&str], &str); 21] = [
     ),
     (
         &["compression", "jpeg-quality"],
-        "--quality Q, from 1 to 100, of .jpg pictures",
+        "use --quality Q, from 1 to 100, for .jpg pictures",
     ),
     (
         &["overwrite", "force", "yes", "y", "f"],
@@ -71,17 +77,20 @@ const SYNONYMS: [(&[&str], &str); 21] = [
     ),
     (
         &["gpu", "device", "cuda", "cpu"],
-        "no flag is needed: the program runs on the CPU alone",
+        "no flag is needed: the program renders on the CPU alone",
     ),
     (
         &["edges", "show-edges", "wire", "mesh-edges"],
-        "--wireframe, edges of the model's triangles",
+        "use --wireframe to draw the edges of a model's triangles",
     ),
     (
         &["cut", "clip", "cross-section", "cutting-plane", "slice"],
-        "--section AXIS=VALUE, such as x=0.3 or x=50%",
+        "use --section AXIS=VALUE to cut models along an axis, such as x=0.3 (in units of the file) or x=50%",
     ),
-    (&["denoiser", "oidn", "optix"], "--denoise"),
+    (
+        &["denoiser", "oidn", "optix"],
+        "use --denoise to filter noise out of the picture",
+    ),
     (
         &[
             "camera-position",
@@ -91,7 +100,7 @@ const SYNONYMS: [(&[&str], &str); 21] = [
             "lookat",
             "focal-point",
         ],
-        "--eye X,Y,Z and --target X,Y,Z",
+        "use --eye X,Y,Z for the camera's position and --target X,Y,Z for the point that the camera looks at",
     ),
 ];
 

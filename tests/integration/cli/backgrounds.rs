@@ -282,5 +282,5 @@ fn runs_have_one_backdrop() {
     sandbox
         .run(&["render", "dark.obj", "--backdrop", "grey"])
         .exits_with(2)
-        .prints_like("auto, dark or light");
+        .prints_like("`auto`, `dark` or `light`");
 }

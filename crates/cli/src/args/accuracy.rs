@@ -62,7 +62,8 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
-    /// Refuse a render that needs more memory: bytes, or with K, M, G [default: 8G]
+    /// Limit on memory, in bytes or with K, M or G, such as 2G; a render that needs more is refused
+    /// [default: 8G]
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
     pub max_memory: Option<u64>,
 

@@ -90,7 +90,7 @@ fn parse_build_quality(text: &str) -> Result<BuildQuality, String> {
 fn parse_seconds(text: &str) -> Result<f64, String> {
     match values::parse_number(text)? {
         seconds if (0.001..=86_400.0).contains(&seconds) => Ok(seconds),
-        _ => Err("expected seconds from 0.001 to 86400".to_owned()),
+        _ => Err("expected a number of seconds from 0.001 to 86400, such as 40".to_owned()),
     }
 }
 

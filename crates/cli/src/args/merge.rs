@@ -40,7 +40,8 @@ pub struct MergeArgs {
     #[command(flatten)]
     pub display: DisplayArgs,
 
-    /// Refuse work that needs more memory: bytes, or with K, M, G [default: 8G]
+    /// Limit on memory, in bytes or with K, M or G, such as 2G; work that needs more is refused
+    /// [default: 8G]
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
     pub max_memory: Option<u64>,
 }

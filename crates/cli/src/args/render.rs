@@ -138,7 +138,7 @@ pub struct ViewArgs {
     pub turntable: Option<u32>,
 
     /// One picture for each time from A up to, but not at, B seconds, at FPS pictures per second,
-    /// such as 0..2:25; all:25 is the whole length of a model's animation. Each picture equals the
+    /// such as 0..2:25 for 50 pictures; all:25 is a model's whole animation. Each picture equals the
     /// picture of --at with the same time
     #[arg(long, value_name = "A..B:FPS|all:FPS", value_parser = values::parse_frame_times, allow_hyphen_values = true, conflicts_with = "at")]
     pub frames: Option<FrameTimes>,
@@ -197,9 +197,9 @@ pub struct LightArgs {
     #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<Integrator>())]
     pub integrator: Option<Integrator>,
 
-    /// Samples a pixel: time grows with the number, noise falls with its square root. In a scene
-    /// with a fixed sample pattern, the pattern is kept if N is its own number of samples; 1
-    /// samples the pixel centre [default: the scene's; models 64]
+    /// Samples a pixel: time grows with the number, noise falls with its square root. A scene's
+    /// fixed sample pattern is kept only if N is the pattern's number of samples. With N = 1, the
+    /// sample is at the pixel centre [default: the scene's; models 64]
     #[arg(long, value_name = "N", value_parser = values::parse_samples, allow_hyphen_values = true)]
     pub spp: Option<u32>,
 
@@ -226,7 +226,7 @@ pub struct LightArgs {
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = parse_max_depth)]
     pub max_depth: Option<u32>,
 
-    /// Largest radiance of a sample; brighter samples are dimmed to it. Fireflies become fewer, but
+    /// Largest radiance of a sample; brighter samples are dimmed to X. Fireflies become fewer, but
     /// light is lost, and the picture is biased [default: no limit]
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = parse_radiance_limit)]
     pub clamp: Option<f64>,
@@ -290,11 +290,13 @@ fn parse_max_depth(text: &str) -> Result<u32, String> {
     let maximum = Settings::MOST_SEGMENTS;
     let number: u32 = text
         .parse()
-        .map_err(|_| format!("expected 1 to {maximum} or unlimited"))?;
+        .map_err(|_| format!("expected a whole number from 1 to {maximum}, or `unlimited`"))?;
     if (1..=maximum).contains(&number) {
         Ok(number)
     } else {
-        Err(format!("{number} is not from 1 to {maximum}"))
+        Err(format!(
+            "{number} is not from 1 to {maximum}; without a limit, write `unlimited`"
+        ))
     }
 }
 
@@ -304,5 +306,5 @@ fn parse_radiance_limit(text: &str) -> Result<f64, String> {
         .parse()
         .ok()
         .filter(|x: &f64| *x > 0.0 && x.is_finite());
-    number.ok_or_else(|| "expected a radiance above zero".to_owned())
+    number.ok_or_else(|| "expected a radiance above zero, such as 10".to_owned())
 }

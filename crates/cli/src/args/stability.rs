@@ -15,8 +15,8 @@ the report states a known reason.
 
 Examples:
   raywright stability                         All cases that are measured, with a quarter of their rays
-  raywright stability --cases T01,P21         Some of them
-  raywright stability --rays all -o page.html All rays, to a page with a plot of the margins too")]
+  raywright stability --cases T01,P21         Two of the cases
+  raywright stability --rays all -o page.html All rays; also write a page with a plot of the margins")]
 pub struct StabilityArgs {
     /// Numbers of the cases to measure, separated by commas [default: all]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
@@ -30,8 +30,8 @@ pub struct StabilityArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Also write a file, chosen by its ending: .html a page with plot and table, .svg the plot of
-    /// margins, .md the table, .json
+    /// Also write the report to this file; the extension selects the content: .html (page with plot
+    /// and table), .svg (plot of the margins), .md (table) or .json
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }

@@ -79,13 +79,13 @@ fn read_animation_length(
 ) -> Result<f64, Failure> {
     let [name] = scenes else {
         return Err(Error::invalid_usage(
-            "--frames all needs a single model, and several are named",
+            "--frames all needs a single model, and several are named; give each model a run of its own",
         )
         .into());
     };
     let refusal = |reason: String| {
         Error::invalid_usage(format_args!("{}: {reason}", name.display()))
-            .with_hint("give the times in seconds: --frames 0..2:25")
+            .with_hint("give start and end in seconds, and the pictures per second: --frames 0..2:25 is the time from 0 s to 2 s at 25 pictures per second")
     };
     if name == "-" {
         return Err(refusal(

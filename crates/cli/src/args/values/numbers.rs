@@ -50,7 +50,7 @@ pub fn parse_significance_level(text: &str) -> Result<f64, String> {
 pub fn parse_field_of_view(text: &str) -> Result<f64, String> {
     match parse_number(text)? {
         value if value > 0.0 && value < 180.0 => Ok(value),
-        _ => Err("expected degrees above 0 and below 180".to_owned()),
+        _ => Err("expected an angle in degrees, above 0 and below 180, such as 40".to_owned()),
     }
 }
 
@@ -138,7 +138,7 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
 
 /// Parses an amount of memory in bytes, with an optional suffix K, M, G or T (powers of 1024).
 pub fn parse_bytes(text: &str) -> Result<u64, String> {
-    const EXPECTED: &str = "expected bytes, such as 800000000, 512M or 2G";
+    const EXPECTED: &str = "expected a number of bytes, such as 800000000, 512M or 2G";
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let power = match text[digits.len()..].to_ascii_uppercase().as_str() {
         "" | "B" => 0,

@@ -65,7 +65,7 @@ pub fn parse_fit(text: &str) -> Result<AspectFit, String> {
     match text {
         "contain" => Ok(AspectFit::Contain),
         "cover" => Ok(AspectFit::Cover),
-        _ => Err("expected contain or cover".to_owned()),
+        _ => Err("expected `contain` or `cover`".to_owned()),
     }
 }
 
@@ -76,7 +76,7 @@ pub fn parse_exposure(text: &str) -> Result<ExposureChoice, String> {
     }
     parse_number(text)
         .map(ExposureChoice::Stops)
-        .map_err(|_| "expected a number of stops, or auto".to_owned())
+        .map_err(|_| "expected a number of stops, such as -1.5, or `auto`".to_owned())
 }
 
 /// Parses a background: `env`, `transparent` or a colour. A colour written as 8-bit codes is shown
@@ -100,14 +100,15 @@ pub fn parse_background(text: &str) -> Result<BackgroundChoice, String> {
         ("env", _) => Ok(BackgroundChoice::Environment),
         ("transparent", _) => Ok(BackgroundChoice::Transparent),
         (_, Ok(colour)) if colour.iter().all(|v| (0.0..=1.0).contains(v)) => Ok(BackgroundChoice::Colour(encoded(colour))),
-        _ => Err("expected env, transparent or a colour: white, #e6b219, rgb(230,178,25), or linear R,G,B of numbers from 0 to 1, such as 0.2,0.2,0.25".to_owned()),
+        _ => Err("expected `env`, `transparent` or a colour: white, #e6b219, rgb(230,178,25), or linear red,green,blue from 0 to 1, such as 0.2,0.2,0.25".to_owned()),
     }
 }
 
 /// Parses the address of tev, an image viewer: `tev`, `tev:HOST` or `tev:HOST:PORT`. The default
 /// host is this machine.
 pub fn parse_tev_address(text: &str) -> Result<TevAddress, String> {
-    const EXPECTED: &str = "expected tev, tev:HOST or tev:HOST:PORT";
+    const EXPECTED: &str =
+        "expected tev, tev:HOST or tev:HOST:PORT, the address of the image viewer tev";
     let rest = match text.strip_prefix("tev") {
         Some("") => {
             return Ok(TevAddress {

@@ -35,11 +35,11 @@ pub fn environment_parser() -> impl TypedValueParser<Value = EnvironmentSource> 
         Some("none") => Ok(EnvironmentSource::None),
         Some("default") => Ok(EnvironmentSource::Default),
         Some("studio") if !Path::new(&text).exists() => {
-            Err("the studio is no environment; use --studio")
+            Err("the studio is no environment; use --studio in place of --env")
         }
         // A word without dot and slash that is no existing file is probably a misspelled name.
         Some(word) if !word.contains(['.', '/']) && !Path::new(&text).exists() => {
-            Err("expected none, default or an equirectangular picture (.hdr, .exr, .png, .jpg)")
+            Err("expected `none`, `default` or the file of an equirectangular picture (.hdr, .exr, .png, .jpg)")
         }
         _ => Ok(EnvironmentSource::File(PathBuf::from(text))),
     })
@@ -50,7 +50,7 @@ pub fn parse_ground(text: &str) -> Result<GroundRule, String> {
     match text {
         "auto" => Ok(GroundRule::Auto),
         "none" => Ok(GroundRule::None),
-        _ => Err("expected auto or none".to_owned()),
+        _ => Err("expected `auto` or `none`".to_owned()),
     }
 }
 
@@ -118,7 +118,7 @@ pub fn parse_backdrop(text: &str) -> Result<BackdropChoice, String> {
     let found = BackdropChoice::NAMED.iter().find(|(name, _)| *name == text);
     found
         .map(|(_, backdrop)| *backdrop)
-        .ok_or_else(|| "expected auto, dark or light".to_owned())
+        .ok_or_else(|| "expected `auto`, `dark` or `light`".to_owned())
 }
 
 /// Parses the name of an effect that can be switched off, with hyphens in place of blanks.
@@ -127,7 +127,7 @@ pub fn parse_effect(text: &str) -> Result<Effect, String> {
         return if SWITCHABLE_EFFECTS.has(effect) {
             Ok(effect)
         } else {
-            Err("this effect is part of the scene itself and cannot be switched off".to_owned())
+            Err("this effect is part of the scene itself and cannot be switched off; change the scene instead".to_owned())
         };
     }
     let known = list_switchable_effects();

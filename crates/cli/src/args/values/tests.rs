@@ -203,7 +203,7 @@ fn what_is_wrong_is_named() {
             .is_err_and(|error| error == "the end, 0 s, has to be after the start, 2 s")
     );
     assert!(parse_frame_times("0..1e9:25").is_err_and(|error| {
-        error.ends_with("pictures are too many; the largest number is 100000")
+        error.ends_with("pictures are too many; the largest number is 100000: shorten the time, or give fewer pictures per second")
     }));
     assert!(
         parse_frame_times("0..2:-5").is_err_and(|error| error.starts_with("expected A..B:FPS"))

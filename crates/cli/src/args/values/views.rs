@@ -48,7 +48,7 @@ pub fn parse_views(text: &str) -> Result<NamedViews, String> {
 /// Parses the times of a film, `A..B:FPS` with at most 100,000 pictures, or `all:FPS`.
 pub fn parse_frame_times(text: &str) -> Result<FrameTimes, String> {
     let expected = || {
-        "expected A..B:FPS, such as 0..2:25 for two seconds of 25 pictures each, or all:25 for all of a model's animation"
+        "expected A..B:FPS, such as 0..2:25 for the time from 0 s to 2 s at 25 pictures per second, or all:FPS for a model's whole animation, such as all:25"
             .to_owned()
     };
     let (span, rate) = text.rsplit_once(':').ok_or_else(expected)?;
@@ -74,7 +74,7 @@ pub fn parse_frame_times(text: &str) -> Result<FrameTimes, String> {
             Ok(frames)
         }
         FrameTimes { from, to, rate } if rate > 0.0 && to > from => Err(format!(
-            "{} pictures are too many; the largest number is 100000",
+            "{} pictures are too many; the largest number is 100000: shorten the time, or give fewer pictures per second",
             (to - from) * rate
         )),
         FrameTimes { from, to, rate } if rate > 0.0 => Err(format!(
