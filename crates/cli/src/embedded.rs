@@ -108,7 +108,7 @@ impl EmbeddedCommand {
     /// Resolves the flags of `render` to the work of a run.
     pub(crate) fn resolve_render_task(&self) -> Result<RenderTask, Failure> {
         let Command::Render(args) = &self.command else {
-            return Err(wrong_command_failure("a picture"));
+            return Err(wrong_command_failure("a picture (`render`)"));
         };
         RenderTask::new((**args).clone(), Verbosity::Quiet)
     }
@@ -126,7 +126,7 @@ impl EmbeddedCommand {
                 let command = self.equivalent_command_line("accuracy", &loaded);
                 accuracy::run_embedded(args, loaded, command, observer)
             }
-            _ => Err(wrong_command_failure("a report")),
+            _ => Err(wrong_command_failure("a report (`explain` or `accuracy`)")),
         }
     }
 
@@ -139,7 +139,7 @@ impl EmbeddedCommand {
         pair: &[ComparisonPicture; 2],
     ) -> Result<String, Failure> {
         let Command::Compare(args) = &self.command else {
-            return Err(wrong_command_failure("a comparison"));
+            return Err(wrong_command_failure("a comparison (`compare`)"));
         };
         compare::run_embedded(args, names, pair)
     }

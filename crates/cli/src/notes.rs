@@ -177,7 +177,7 @@ fn summarise_file_messages(messages: &[QueuedMessage]) -> Option<(MessagePriorit
     let first = messages.iter().find(|message| message.priority == most)?;
     let more = match messages.len() - 1 {
         0 => String::new(),
-        n => format!(" (and {n} more; -v lists them)"),
+        n => format!(" (further messages: {n}; -v lists them)"),
     };
     Some((most, with_label(most, &first.text) + &more))
 }
@@ -213,7 +213,7 @@ mod tests {
         );
         assert_eq!(
             notes.format_message_lines(),
-            ["warning: nothing to see (and 4 more; -v lists them)"]
+            ["warning: nothing to see (further messages: 4; -v lists them)"]
         );
     }
 
@@ -233,7 +233,7 @@ mod tests {
             notes.format_message_lines(),
             [
                 "warning: c.glb: d is missing",
-                "warning: b.glb: c is missing (and 1 more; -v lists them)"
+                "warning: b.glb: c is missing (further messages: 1; -v lists them)"
             ]
         );
         for file in 0..30 {
@@ -255,7 +255,7 @@ mod tests {
         }
         assert_eq!(
             fine.format_message_lines(),
-            ["note: a.glb: shown at rest (and 1 more; -v lists them)"]
+            ["note: a.glb: shown at rest (further messages: 1; -v lists them)"]
         );
     }
 }

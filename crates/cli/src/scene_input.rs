@@ -106,7 +106,7 @@ pub fn note_added_parts(loaded: &LoadedScene, notes: &mut Notes) {
     };
     let up = loaded.assumed_up.map(|up| {
         format!(
-            "STL files state no up axis: {} is assumed; --up y sets y",
+            "STL files state no up axis: {} is assumed; --up y makes y the up axis",
             up.name()
         )
     });
@@ -201,7 +201,7 @@ pub fn resolve_input(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
 fn read_stdin(limits: &Limits) -> Result<Input, Error> {
     let source = std::io::stdin();
     if source.is_terminal() {
-        let hint = "redirect a file: raywright render - < model.stl";
+        let hint = "redirect a file to standard input: raywright render - < model.stl";
         return Err(Error::invalid_usage(
             "`-` reads a scene or model from standard input, which is a terminal here",
         )
@@ -223,7 +223,8 @@ fn with_file_hint(error: Error, input: &Input) -> Error {
         let inside = |name: &String| path.join(name).display().to_string();
         let models: Vec<String> = list_scenes_and_models(path).iter().map(inside).collect();
         return match models.as_slice() {
-            [] => error.with_hint("the folder contains no scene or model"),
+            [] => error
+                .with_hint("the folder contains no scene or model; name another folder or a file"),
             models => error.with_hint(format!("the folder contains {}", list_first_names(models))),
         };
     }
@@ -233,12 +234,11 @@ fn with_file_hint(error: Error, input: &Input) -> Error {
     let text = path.to_string_lossy();
     if text.contains("://") {
         return error.with_hint(
-            "addresses are not fetched: download the file first, such as by `curl -LO ADDRESS`",
+            "addresses are not fetched: download the file first, for example with `curl -LO ADDRESS`",
         );
     }
     if text.contains(['*', '?']) {
-        return error
-            .with_hint("no file matches the pattern, so that the shell did not replace it by names; check the pattern");
+        return error.with_hint("no file matches this pattern of names; check the pattern");
     }
     if is_preset(path) {
         return error.with_hint(format!(

@@ -189,7 +189,7 @@ pub fn resolve_picture_targets(
             OutputTarget::File(path.clone(), format)
         };
         if target == OutputTarget::Stdout && targets.contains(&target) {
-            return Err(Error::invalid_usage("- is named twice as output").into());
+            return Err(Error::invalid_usage("`-o -` is given twice, but standard output takes a single picture; leave out one of the two").into());
         }
         targets.push(target);
     }

@@ -62,7 +62,7 @@ impl Threads {
 /// Creates the failure for threads that the system refuses to start.
 pub fn thread_start_failure(cause: &dyn Display) -> Failure {
     Failure::new(Exit::Limit, format_args!("cannot start the threads: {cause}"))
-        .with_hint("choose fewer with --threads, or raise the limit on processes or addresses (ulimit -u, ulimit -v)")
+        .with_hint("choose fewer threads with --threads, or raise the limit on processes or addresses (ulimit -u, ulimit -v)")
 }
 
 #[cfg(test)]

@@ -128,7 +128,7 @@ impl Folder {
     /// Creates the folder of a built-in scene, which has no files.
     pub fn for_built_in_scene(file_bytes: u64) -> Self {
         let root = FolderRoot::NoFiles(
-            "a built-in scene has no folder from which files could be read; save the scene as a file (raywright presets NAME) beside them",
+            "a built-in scene has no folder from which files could be read; save the scene as a file beside these files (raywright presets NAME > FILE)",
         );
         Self {
             root,

@@ -32,30 +32,31 @@ pub enum SceneFormat {
 /// Returns the name of the format that the path's extension stands for, and advice on the
 /// conversion of the file. Only well-known unsupported formats are listed.
 pub(crate) fn unsupported_format(path: &Path) -> Option<(&'static str, &'static str)> {
-    const BLENDER: &str = "import it into Blender and export glTF: File, Export, glTF 2.0 (.glb)";
+    const BLENDER: &str =
+        "import the file into Blender and export glTF: File, Export, glTF 2.0 (.glb)";
     const FOREIGN: [(&[&str], &str, &str); 12] = [
         (&["usd", "usda", "usdc", "usdz"], "USD", BLENDER),
         (
             &["fbx"],
             "FBX",
-            "convert it to .glb with Blender or FBX2glTF",
+            "convert the file to .glb with Blender or FBX2glTF",
         ),
         (
             &["blend"],
             "a Blender file",
-            "export it from Blender: File, Export, glTF 2.0 (.glb)",
+            "export the scene from Blender: File, Export, glTF 2.0 (.glb)",
         ),
         (
             &["dae"],
             "COLLADA",
-            "convert it to glTF with Blender or COLLADA2GLTF",
+            "convert the file to glTF with Blender or COLLADA2GLTF",
         ),
         (&["abc"], "Alembic", BLENDER),
         (&["3ds", "x3d", "wrl", "x", "bvh"], "this format", BLENDER),
         (
             &["step", "stp", "iges", "igs", "brep"],
             "a CAD model",
-            "open it in FreeCAD and export .glb or .stl",
+            "open the file in FreeCAD and export .glb or .stl",
         ),
         (
             &["3mf", "amf"],
@@ -75,12 +76,12 @@ pub(crate) fn unsupported_format(path: &Path) -> Option<(&'static str, &'static 
         (
             &["gz", "zip", "7z", "xz", "zst", "bz2", "tar", "tgz", "rar"],
             "an archive",
-            "unpack it first",
+            "unpack the archive first",
         ),
         (
             &["png", "jpg", "jpeg", "webp", "gif", "hdr", "exr"],
             "a picture",
-            "`raywright info` shows its properties, and --env uses it as the environment",
+            "`raywright info` shows its properties, and --env uses the picture as the environment",
         ),
     ];
     let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();

@@ -12,7 +12,7 @@ pub(crate) fn refuse_non_text(bytes: &[u8]) -> ImportResult<()> {
         |odd: usize| head.len() > 3 && head.iter().skip(odd).step_by(2).all(|&byte| byte == 0);
     if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") || paired(0) || paired(1) {
         return Err(Fault::invalid_input(
-            "is UTF-16 text; models are read as ASCII or UTF-8, so convert it (iconv -t UTF-8)",
+            "is UTF-16 text; models are read as ASCII or UTF-8, so convert the file (iconv -f UTF-16 -t UTF-8)",
         ));
     }
     if head.contains(&0) {

@@ -428,14 +428,15 @@ fn crops_keep_their_place() {
     assert_eq!(sandbox.picture("whole.exr").window, None);
     render("11,20,40,8", &["-o", "b.exr"]);
     sandbox.run(&["compare", "a.exr", "b.exr"]).exits_with(3).prints(
-        "error: a.exr and b.exr: the pictures are different crops of larger pictures: 10, 20 of 64x48 and 11, 20 of 64x48\n\
+        "error: a.exr and b.exr: the pictures are different crops of larger pictures: at 10, 20 of 64x48 pixels and at 11, 20 of 64x48 pixels\n\
         help: compare pictures rendered with the same --crop",
     );
     for other in ["merged.exr", "all.film"] {
         let run = sandbox.run(&["compare", "a.exr", other, "--max-rmse", "0"]);
         run.exits_with(0);
         assert!(
-            run.text().contains("place      10, 20 of 64x48\n"),
+            run.text()
+                .contains("place      at 10, 20 of 64x48 pixels\n"),
             "{}",
             run.text()
         );
@@ -444,7 +445,7 @@ fn crops_keep_their_place() {
     assert!(
         run.exits_with(0)
             .text()
-            .contains("place      10, 20 of 64x48 against a picture without data window\n"),
+            .contains("place      at 10, 20 of 64x48 pixels, compared with an uncropped picture\n"),
         "{}",
         run.text()
     );

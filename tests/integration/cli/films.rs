@@ -278,12 +278,12 @@ fn another_picture_is_not_gone_on_from() {
     render(&sandbox, "--spp 64 --resume a.film -o b.png")
         .exits_with(2)
         .prints_like(
-            "the film has 40 samples a pixel and cannot be continued to 64\nhelp: --spp 78, or more",
+            "the film has 40 samples a pixel and cannot be continued to 64\nhelp: give --spp 78 or a larger number",
         );
     render(&sandbox, "--spp 20 --resume a.film -o b.png")
         .exits_with(2)
         .prints_like(
-            "the film has 40 samples a pixel and cannot be continued to 20\nhelp: --spp 40, or more",
+            "the film has 40 samples a pixel and cannot be continued to 20\nhelp: give --spp 40 or a larger number",
         );
     sandbox.write("room.scene.toml", SCENE.replace("0.2", "0.3"));
     refused("--spp 80", "scene");

@@ -112,7 +112,9 @@ fn a_render_says_two_lines() {
     short.exits_with(0);
     let (first, rest) = short.stderr.split_once('\n').expect("two lines");
     assert!(
-        first.starts_with("warning: two.obj: ") && first.ends_with(" more; -v lists them)"),
+        first.starts_with("warning: two.obj: ")
+            && first.contains(" (further messages: ")
+            && first.ends_with("; -v lists them)"),
         "{first}"
     );
     assert_eq!(rest.lines().count(), 1, "{rest}");
@@ -215,7 +217,7 @@ fn messages_are_in_the_readers_words() {
     says(
         "models/",
         4,
-        "error: cannot read models/: the path is a folder\nhelp: the folder contains no scene or model",
+        "error: cannot read models/: the path is a folder\nhelp: the folder contains no scene or model; name another folder or a file",
     );
     sandbox.write("models/b.glb", "");
     sandbox.write("models/a.scene.toml", "");
@@ -242,10 +244,13 @@ fn messages_are_in_the_readers_words() {
             &format!("{label}\n\nFor more information, try '--help'."),
         );
     };
-    environment("studio", "the studio is no environment; use --studio");
+    environment(
+        "studio",
+        "the studio is no environment; use --studio in place of --env",
+    );
     environment(
         "noen",
-        "expected none, default or an equirectangular picture (.hdr, .exr, .png, .jpg)",
+        "expected `none`, `default` or the file of an equirectangular picture (.hdr, .exr, .png, .jpg)",
     );
 }
 

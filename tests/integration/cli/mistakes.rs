@@ -36,7 +36,7 @@ fn wrong_use_is_explained() {
         ),
         (
             &["render", "--max-depth", "0"],
-            "error: invalid value '0' for '--max-depth <N>': 0 is not from 1 to 64\n\nFor more information, try '--help'.",
+            "error: invalid value '0' for '--max-depth <N>': 0 is not from 1 to 64; without a limit, write `unlimited`\n\nFor more information, try '--help'.",
         ),
         (
             &["render", "--eye", "1,2"],
@@ -87,7 +87,7 @@ fn wrong_use_is_explained() {
         ),
         (
             &["render", "preset:whitted", "--aov", "depth"],
-            "error: --aov adds layers to .exr pictures, and no .exr picture is written\nhelp: add one: -o picture.exr",
+            "error: --aov adds layers to .exr pictures, and no .exr picture is written\nhelp: add an .exr picture: -o picture.exr",
         ),
         (
             &["man", "rendre"],
@@ -135,20 +135,20 @@ fn habits_from_elsewhere_are_understood() {
     let files = [
         (
             "a.usdz",
-            "error: a.usdz: USD is not supported\nhelp: import it into Blender and export glTF",
+            "error: a.usdz: USD is not supported\nhelp: import the file into Blender and export glTF",
         ),
         (
             "a.fbx",
-            "error: a.fbx: FBX is not supported\nhelp: convert it to .glb with Blender or FBX2glTF",
+            "error: a.fbx: FBX is not supported\nhelp: convert the file to .glb with Blender or FBX2glTF",
         ),
         (
             "a.STEP",
-            "error: a.STEP: a CAD model is not supported\nhelp: open it in FreeCAD and export .glb or .stl",
+            "error: a.STEP: a CAD model is not supported\nhelp: open the file in FreeCAD and export .glb or .stl",
         ),
         ("a.blend", "error: a.blend: a Blender file is not supported"),
         (
             "a.glb.gz",
-            "error: a.glb.gz: an archive is not supported\nhelp: unpack it first",
+            "error: a.glb.gz: an archive is not supported\nhelp: unpack the archive first",
         ),
     ];
     for (name, message) in files {
@@ -162,7 +162,7 @@ fn habits_from_elsewhere_are_understood() {
     sandbox
         .run(&["models/*.obj"])
         .exits_with(4)
-        .prints_like("no file matches the pattern");
+        .prints_like("no file matches this pattern of names");
     sandbox
         .run(&["a.glb", "--samples", "4"])
         .exits_with(2)

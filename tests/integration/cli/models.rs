@@ -525,7 +525,7 @@ fn models_stand_upright() {
     let (upright, _) = pictures(&["y.obj"]);
     let (printed, message) = pictures(&["z.stl"]);
     assert!(
-        message.contains("STL files state no up axis: z is assumed; --up y sets y"),
+        message.contains("STL files state no up axis: z is assumed; --up y makes y the up axis"),
         "{message}"
     );
     let (lying, _) = pictures(&["z.stl", "--up", "y"]);

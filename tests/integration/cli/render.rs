@@ -563,9 +563,9 @@ fn exposure_is_found() {
         "format = 1\nsky.expression = \"5*(1 + t)\"\n[render]\nsize = [8, 8]\nsamples = 1\ntone_map = \"none\"\n",
     );
     let plain = sandbox.run(&["render", "sky.scene.toml", "-o", "a.png"]);
-    plain
-        .exits_with(0)
-        .prints_like("warning: 100 % of the pixels are clipped; try --exposure -3, or auto");
+    plain.exits_with(0).prints_like(
+        "warning: 100 % of the pixels are clipped; try --exposure -3, or --exposure auto",
+    );
     sandbox
         .run(&[
             "render",
@@ -637,5 +637,5 @@ fn exposure_is_found() {
     sandbox
         .run(&["render", "sky.scene.toml", "--exposure", "bright"])
         .exits_with(2)
-        .prints_like("expected a number of stops, or auto");
+        .prints_like("expected a number of stops, such as -1.5, or `auto`");
 }

@@ -150,7 +150,7 @@ pub fn format_effect_costs(costs: &EffectCosts) -> String {
         String::new()
     } else {
         format!(
-            "  not measured, because the time was too short: {}\n",
+            "  not measured, because the time was too short (give a larger --budget): {}\n",
             costs.late.join(", ")
         )
     };

@@ -112,7 +112,7 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
     if models.is_empty() {
         verbosity.print_warning(format_args!(
-            "{}: the folder contains no scene and no model",
+            "{}: the folder contains no scene and no model; name another folder",
             args.folder.display()
         ));
     }

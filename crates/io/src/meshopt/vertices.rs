@@ -147,7 +147,7 @@ fn decode_word_differences(
 ) -> Result<(), PacketFault> {
     let width = *[1, 2, 4]
         .get(usize::from(rule & 3))
-        .ok_or("the compressed data codes a 32-bit word of a vertex by an unknown rule")?;
+        .ok_or("the compressed data stores a 32-bit word of a vertex in an unknown encoding")?;
     let turn = u32::from(rule >> 4);
     for position in (0..4).step_by(width) {
         let number = |byte: &dyn Fn(usize) -> u8| {

@@ -111,7 +111,9 @@ impl de::Error for ReadFailure {
     }
 
     fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
-        Self::new(format!("expected {expected}, found an array of {length}"))
+        Self::new(format!(
+            "expected {expected}, found an array of length {length}"
+        ))
     }
 
     fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {

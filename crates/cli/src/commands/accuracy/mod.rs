@@ -148,7 +148,7 @@ pub fn run_embedded(
 ) -> Result<String, Failure> {
     if let Some(path) = args.output.iter().chain(&args.reference).next() {
         return Err(Error::invalid_usage(format_args!(
-            "{}: this call returns the report and writes no file; leave out the flag",
+            "{}: this call returns the report and writes no file; leave out -o and --reference",
             path.display()
         ))
         .into());

@@ -162,7 +162,7 @@ fn recommend_same_error(report: &AccuracyReport, command: &RenderCommand) -> Str
 /// use.
 fn format_advice(advice: &Recommendation, command: &RenderCommand) -> String {
     format!(
-        "`{}` has {} for {} x the time",
+        "`{}` has the error {} for {} x the time",
         command.format_flags(&advice.flags),
         format_error(&advice.measured),
         format_uncertain(&advice.time, |value| format_significant_digits(value, 2))
@@ -284,7 +284,7 @@ mod tests {
         assert_eq!(
             format_recommendation(&report, &command),
             format!(
-                "{own} Half the error: `--spp 256` has 0.15 ±5 % for 3.9 ±10 % x the time. The same error: `--rung clamp=10` has 0.28 ±5 % for 0.26 \
+                "{own} Half the error: `--spp 256` has the error 0.15 ±5 % for 3.9 ±10 % x the time. The same error: `--rung clamp=10` has the error 0.28 ±5 % for 0.26 \
                  ±10 % x the time."
             )
         );

@@ -94,7 +94,7 @@ fn format_rung_table(report: &AccuracyReport) -> String {
         "* in use",
         "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01) for the picture I and the reference R; bias: the part of the error that more samples do not reduce; light: change of total light",
         "alone: root mean square difference from the ladder's most exact rung, with the same random numbers",
-        "<: too small to be distinguished from the reference's noise; the number is the upper end of the interval",
+        "< before a number: too small to be distinguished from the reference's noise; the number is the upper end of the interval",
         "-o FILE.csv writes RMSE and the ends of all intervals",
     ];
     let mut text = format!("\n{}", format_aligned_columns(COLUMNS, &rows));

@@ -53,7 +53,7 @@ fn build_series_line(
     cost: fn(&ScanTreeTiming) -> Option<QueryCost>,
 ) -> PlotLine {
     let exponent = growth
-        .map(|law| format!(": grows as N to the {:.2}", law.exponent))
+        .map(|law| format!(": grows as N^{:.2}", law.exponent))
         .unwrap_or_default();
     let point = |row: &ScanTreeTiming| {
         let time = cost(row)?.nanoseconds;

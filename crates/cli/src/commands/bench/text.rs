@@ -277,7 +277,7 @@ fn format_build_cost_cells(
 
 fn describe_growth(label: &str, law: &PowerLaw) -> String {
     format!(
-        "The {label}'s time grows as N to the {:.3} ± {:.3} (standard error; R² {:.4}; {} points from {} to {}).",
+        "The {label}'s time grows as N to the power {:.3} ± {:.3} (standard error; R² {:.4}; {} points from {} to {}).",
         law.exponent, law.standard_error, law.r_squared, law.points, law.from, law.to
     )
 }

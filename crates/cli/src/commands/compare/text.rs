@@ -153,5 +153,5 @@ pub fn format_data_window(
         full: [width, height],
     }: DataWindow,
 ) -> String {
-    format!("{x}, {y} of {width}x{height}")
+    format!("at {x}, {y} of {width}x{height} pixels")
 }

@@ -36,7 +36,7 @@ impl LivePreviews {
         let refused = |cause: std::io::Error, host: &str, port: u16| {
             let failure = Failure::new(
                 Exit::File,
-                format_args!("cannot reach tev at {host}:{port}: {cause}"),
+                format_args!("cannot reach the image viewer tev at {host}:{port}: {cause}"),
             );
             failure.with_hint("start tev first; --display tev:HOST:PORT sets its address")
         };

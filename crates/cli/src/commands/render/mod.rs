@@ -168,7 +168,7 @@ fn refuse_terminal(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Fa
     if targets.contains(&OutputTarget::Stdout) && io::stdout().is_terminal() {
         let error = Error::invalid_usage("standard output is a terminal, which cannot show a PNG");
         return Err(error
-            .with_hint("send it to a file or a program: raywright render -o - > picture.png")
+            .with_hint("send the PNG to a file or a program: raywright render -o - > picture.png")
             .into());
     }
     Ok(())
@@ -192,17 +192,17 @@ fn refuse_impossible_denoising(
         );
     } else if settings.sampling.is_fixed() {
         let error = Error::invalid_usage(
-            "--denoise cannot estimate the noise from samples of a fixed pattern",
+            "--denoise cannot estimate the noise, because the scene has a fixed pattern of samples",
         );
         return Err(error
-            .with_hint("--spp 16, or any number other than the pattern's, replaces the pattern")
+            .with_hint("add --spp with another number of samples than the fixed pattern has, such as --spp 16: random samples then replace the pattern")
             .into());
     } else if settings.sampling.samples_per_pixel() < FEWEST_SAMPLES {
         let error = Error::invalid_usage(format_args!(
             "--denoise needs at least {FEWEST_SAMPLES} samples a pixel to estimate the noise"
         ));
         return Err(error
-            .with_hint(format!("--spp {FEWEST_SAMPLES}, or more"))
+            .with_hint(format!("give --spp {FEWEST_SAMPLES} or a larger number"))
             .into());
     }
     Ok(())
@@ -218,7 +218,9 @@ fn refuse_layers_without_file(task: &RenderTask, targets: &[OutputTarget]) -> Re
     }
     let error =
         Error::invalid_usage("--aov adds layers to .exr pictures, and no .exr picture is written");
-    Err(error.with_hint("add one: -o picture.exr").into())
+    Err(error
+        .with_hint("add an .exr picture: -o picture.exr")
+        .into())
 }
 
 /// Whether `--rung output=float` requests linear values in all output files.
@@ -252,7 +254,7 @@ fn require_exr_for_linear(task: &RenderTask, targets: &[OutputTarget]) -> Result
         "--rung output=float writes linear values, and all formats but .exr hold codes of display values",
     );
     Err(error
-        .with_hint("name pictures that end in .exr, or leave out the rung")
+        .with_hint("name pictures that end in .exr, or leave out --rung output=float")
         .into())
 }
 

@@ -172,7 +172,7 @@ fn select_cases(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
     let value_of = |number: &String| {
         known(number).ok_or_else(|| {
             Error::invalid_usage(format_args!(
-                "there is no hard case {number}; the numbers look like T01 or P21"
+                "there is no hard case {number}; docs/stability.md lists all cases, such as T01 and P21"
             ))
             .into()
         })

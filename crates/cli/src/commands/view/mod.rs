@@ -38,7 +38,7 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
         [scene] if scene == "-" => {
             return Err(Failure::new(
                 Exit::Usage,
-                "the viewer cannot show standard input, because it reads the scene several times",
+                "the viewer reads the scene several times, which standard input does not permit; save the scene to a file and name the file",
             ));
         }
         [scene] => scene.clone(),
@@ -72,6 +72,7 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
                 args.port
             ),
         )
+        .with_hint("choose another port with --port, or leave out --port for a free port")
     })?;
     let address = server.address();
     thread::Builder::new()

@@ -352,7 +352,7 @@ fn a_colour_that_is_none() {
 constant = [1, 1]
 "#,
         r#"
-error: `constant`: expected a colour: [red, green, blue] or one number for grey, found an array of 2
+error: `constant`: expected a colour: [red, green, blue] or one number for grey, found an array of length 2
  --> x.scene.toml:3:12
   |
 3 | constant = [1, 1]

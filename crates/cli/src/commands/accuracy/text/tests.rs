@@ -424,7 +424,7 @@ fn figures_of_prices_files_and_effects() {
     );
     assert_eq!(
         words(&text, "not measured"),
-        "not measured, because the time was too short: sky"
+        "not measured, because the time was too short (give a larger --budget): sky"
     );
 }
 

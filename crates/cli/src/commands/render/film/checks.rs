@@ -107,7 +107,7 @@ pub fn wrong_film_failure(path: &Path, error: FilmMergeError) -> Failure {
                 path.display()
             );
             Error::invalid_usage(message)
-                .with_hint(format!("--spp {minimum}, or more"))
+                .with_hint(format!("give --spp {minimum} or a larger number"))
                 .into()
         }
         other => Error::invalid_input(path.display(), other).into(),

@@ -81,7 +81,9 @@ impl<'a> FilmSession<'a> {
                     "--part divides the picture into {total} shares, and the picture has only {} tiles",
                     whole.tiles.end
                 ));
-                return Err(error.with_hint("choose fewer shares").into());
+                return Err(error
+                    .with_hint("choose fewer shares: a smaller N in --part K/N")
+                    .into());
             }
             Some(PictureShare { number, of: total }) => {
                 whole.split_into_nth_subset(number - 1, total)

@@ -45,13 +45,13 @@ pub fn report_error(
     match noisy.doubt {
         None | Some(EstimateDoubt::FewSamples) => {}
         Some(EstimateDoubt::FewPixels) if noisy.root_relmse.high == 0.0 => {
-            notes.add_warning("not converged: rays were sent to lamps or to the sky, and no sample found light; a larger --spp may find some");
+            notes.add_warning("not converged: rays were sent to lamps or to the sky, and no sample found light; a larger --spp may find light");
         }
         Some(EstimateDoubt::FewPixels | EstimateDoubt::WideInterval) => notes.add_warning(format!(
             "not converged: a few pixels have most of the noise ({noise}), because light is rarely found there; a larger --spp finds such light more often"
         )),
         Some(EstimateDoubt::LightByChance) => notes.add_warning(format!(
-            "not converged: paths by mirrors or through glass hit lamps and suns only by chance, and only {} of {} such paths hit one ({noise}); \
+            "not converged: paths by mirrors or through glass hit lamps and suns only by chance, and only {} of {} such paths hit a lamp or sun ({noise}); \
              a larger --spp hits them more often",
             film.counters().found,
             film.counters().unaided
@@ -125,7 +125,7 @@ pub fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &mut Note
         && settings.max_error.is_none();
     if can && !settings.denoise && noisy.root_relmse.value > NOTICEABLE_ERROR {
         notes.add_hint(
-            "--denoise reduces such an error to 0.2 to 0.9 of its size, usually to half (docs/accuracy.md)",
+            "--denoise would reduce the error of this picture to 0.2 to 0.9 of its size, usually to half (docs/accuracy.md)",
         );
     }
 }

@@ -74,7 +74,7 @@ pub fn note_exposure(
         .display
         .find_unclipped_exposure(rendered.final_picture())
     {
-        Some(stops) => format!("try --exposure {stops}, or auto"),
+        Some(stops) => format!("try --exposure {stops}, or --exposure auto"),
         None if clipped > BAD => {
             "even 12 stops darker, too many pixels stay clipped; dim the lights".to_owned()
         }

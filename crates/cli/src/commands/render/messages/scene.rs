@@ -74,12 +74,12 @@ pub fn note_missing_edges(loaded: &LoadedScene, settings: &Settings, notes: &mut
         return;
     }
     let which = if meshes.is_empty() {
-        "the scene has only shapes"
+        "the scene has only shapes without edges, such as spheres"
     } else {
-        "the scene also has shapes"
+        "the scene also has shapes without edges, such as spheres"
     };
     notes.add_hint(format!(
-        "--wireframe draws the edges of triangles, and {which} without edges, such as spheres"
+        "--wireframe draws the edges of triangles, and {which}"
     ));
 }
 

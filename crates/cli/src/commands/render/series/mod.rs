@@ -303,7 +303,7 @@ fn resolve_outputs(
 fn refuse_repeated_stdin(task: &RenderTask) -> Result<(), Failure> {
     if task.scenes.iter().filter(|name| *name == "-").count() > 1 {
         return Err(Error::invalid_usage(
-            "`-` is named twice, and standard input holds a single scene",
+            "`-` is named twice, but standard input holds a single scene; name `-` once",
         )
         .into());
     }
