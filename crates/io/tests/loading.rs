@@ -182,7 +182,7 @@ fn input_beyond_a_limit_is_an_error_of_kind_limit() {
     assert_eq!(kind, ErrorKind::Limit);
     assert_eq!(
         message,
-        "error: x.scene.toml: the scene has 18446744073709551615 objects, more than the limit of 16000000"
+        "error: x.scene.toml: the scene has 18446744073709551615 objects, more than the limit of 16000000; merge or remove objects"
     );
 
     let mesh = "format = 1\n[[meshes]]\nname = \"m\"\n\
@@ -218,7 +218,7 @@ fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
     let [warning] = loaded.warnings.as_slice() else {
         panic!("one warning, not {:?}", loaded.warnings)
     };
-    let text = "image `wood`: cannot read `wood.png`: no such file or folder; materials with this image use only their factors";
+    let text = "image `wood`: cannot read `wood.png`: no such file or folder; materials are shown without this image";
     assert!(warning.message.ends_with(text), "{warning}");
 
     let (kind, message) =

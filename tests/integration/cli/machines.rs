@@ -415,7 +415,7 @@ fn comparisons_know_noise() {
         run.exits_with(0).prints("");
         assert!(
             run.text()
-                .contains("noise      no difference beyond the noise (a false alarm in 1 of 100 comparisons)\n"),
+                .contains("noise      no difference beyond the noise (expected false alarms: in 1 of 100 comparisons)\n"),
             "{}",
             run.text()
         );
@@ -430,7 +430,7 @@ fn comparisons_know_noise() {
     let run = compare("c.exr b.exr --noise --level 0.05 --json");
     run.exits_with(1)
         .prints_like("error: c.exr differs from b.exr: noise: ")
-        .prints_like("; the clearest block, at ");
+        .prints_like("; the clearest difference is in the block at ");
     let report = json(&run);
     has_the_documented_keys("compare --json", &report);
     let clearest = &report["noise"]["clearest"];

@@ -208,7 +208,7 @@ fn a_bad_file_among_others_is_told() {
     assert!(
         run.stderr
             .trim_end()
-            .ends_with("error: 2 of 4 scenes were not rendered"),
+            .ends_with("error: 2 of 4 scenes were not rendered (see the errors above)"),
         "{}",
         run.stderr
     );

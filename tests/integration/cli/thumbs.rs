@@ -108,7 +108,7 @@ fn what_fails_keeps_nothing_away() {
     sandbox
         .run(&["thumbs", "models", "-o", "models/out"])
         .exits_with(3)
-        .prints_like("the file is no index of thumbs");
+        .prints_like("the file is no index of `raywright thumbs`");
     sandbox.run(&["thumbs", "none", "-o", "out"]).exits_with(4);
 }
 

@@ -163,7 +163,7 @@ fn a_sound_scene_has_no_problems() {
 fn another_format_is_the_only_problem_of_its_scene() {
     assert_eq!(
         single_problem(|scene| (scene.format, scene.objects[0].material) = (2, String::new())),
-        "format: this program reads version 1 of the scene format, not version 2"
+        "format: this program reads version 1 of the scene format, but this scene has version 2"
     );
 }
 
@@ -690,7 +690,7 @@ fn an_expression_s_problem_says_where_in_the_text() {
 fn names_are_unique_and_references_exist() {
     assert_eq!(
         single_problem(|s| s.materials[1].name = "red".into()),
-        "materials[1].name: `red` is also the name of `materials[0]`"
+        "materials[1].name: the name `red` is already used by `materials[0]`; rename one of the two"
     );
     assert_eq!(
         single_problem(|s| s.objects[1].shape = Shape::Mesh("laef".into())),

@@ -658,7 +658,7 @@ fn pictures_that_are_none() {
         (
             model.clone(),
             describe
-                .filter(|message| message.contains("only the material's factor is used"))
+                .filter(|message| message.contains("the texture is left out"))
                 .collect::<Vec<_>>(),
         )
     };

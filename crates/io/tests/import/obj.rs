@@ -485,9 +485,7 @@ fn broken_images_are_as_missing_ones() {
         assert_eq!(file.warnings.len(), 1, "{:?}", file.warnings);
         assert!(
             file.warnings[0].message.contains("x.png")
-                && file.warnings[0]
-                    .message
-                    .contains("only the material's factor is used"),
+                && file.warnings[0].message.contains("the texture is left out"),
             "{:?}",
             file.warnings
         );

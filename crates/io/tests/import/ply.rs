@@ -409,7 +409,7 @@ fn errors_name_place_and_cause() {
         ),
         (
             body(PLACES, "3 0 1 -1"),
-            "line 13: face 0: the vertex index -1 is out of range",
+            "line 13: face 0: the vertex index -1 is negative or above 4294967295",
         ),
         (
             body(PLACES, "3 0 1 1.5"),

@@ -207,19 +207,19 @@ fn errors_point_at_the_place() {
         ("sin", "`sin` is a function", "sin", "write `sin(…)`"),
         (
             "sin()",
-            "`sin` does not take 0 arguments",
+            "the function `sin` cannot have 0 arguments",
             "sin()",
             "write `sin(x)`",
         ),
         (
             "atan(1, 2, 3)",
-            "`atan` does not take 3 arguments",
+            "the function `atan` cannot have 3 arguments",
             "atan(1, 2, 3)",
             "write `atan(x)` or `atan(y, x)`",
         ),
         (
             "min(1)",
-            "`min` does not take 1 argument",
+            "the function `min` cannot have 1 argument",
             "min(1)",
             "write `min(a, b, …)`",
         ),
@@ -253,7 +253,12 @@ fn errors_point_at_the_place() {
             "<",
             "write `a < b && b < c`",
         ),
-        ("(1 + 2", "`(` is never closed", "(", "add `)`"),
+        (
+            "(1 + 2",
+            "`(` has no matching closing bracket",
+            "(",
+            "add `)`",
+        ),
         ("1 + 2)", "`)` has no matching opening bracket", ")", ""),
         (
             "1, 5",
@@ -431,11 +436,11 @@ fn noise_functions() {
     );
     assert_eq!(
         refused("noise2([1, 2, 3])").0,
-        "`noise2` does not take 1 argument"
+        "the function `noise2` cannot have 1 argument"
     );
     assert_eq!(
         refused("fbm2(1, 2, 3, 4)").0,
-        "`fbm2` does not take 4 arguments"
+        "the function `fbm2` cannot have 4 arguments"
     );
     let error = compile("fbm(p, 1 + u)", &names(), ExprScope::Surface).expect_err("octaves vary");
     assert_eq!(error.span, 7..12);

@@ -400,7 +400,11 @@ fn headers_that_make_no_sense_are_refused() {
         ],
         [Ok(()), Ok(())]
     );
-    let wrong = |label: &str| Err(format!("the {label} in the header of the film is invalid"));
+    let wrong = |label: &str| {
+        Err(format!(
+            "the {label} in the header of the film is invalid: the file is damaged; restore it from a copy or render the film again"
+        ))
+    };
     assert_eq!(refused("/drawn/0", 3.into()), wrong("number of samples"));
     assert_eq!(refused("/drawn/47", 2.into()), wrong("number of samples"));
     assert_eq!(

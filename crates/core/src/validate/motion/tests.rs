@@ -55,7 +55,7 @@ fn maps_are_invertible_at_every_time() {
             json!({}),
             end(flat),
             "objects[0].transform_end",
-            "the object has no extent",
+            "the object is flattened to zero thickness",
         );
     }
     expect_problem(

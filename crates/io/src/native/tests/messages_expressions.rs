@@ -55,7 +55,7 @@ fn an_expression_without_end() {
 t = "(((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((1)))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))"
 "#,
         r#"
-error: in the expression of `t`: this expression is nested more than 64 levels deep
+error: in the expression of `t`: this expression is nested more than 64 levels deep; remove parentheses or divide it
  --> x.scene.toml:2:71
   |
 2 | t = "(((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((1))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))...

@@ -41,7 +41,7 @@ name = "red"
 model.physical = {}
 "#,
         r#"
-error: `red` is also the name of `materials[0]`
+error: the name `red` is already used by `materials[0]`; rename one of the two
  --> x.scene.toml:6:8
   |
 6 | name = "red"

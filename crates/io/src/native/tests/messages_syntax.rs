@@ -39,7 +39,7 @@ fn a_later_format() {
 new_key = 1
 "#,
         r#"
-error: this scene has another format than 1, the only format that this program reads
+error: the key `format` must be 1, the only scene format that this program reads
  --> x.scene.toml:1:10
   |
 1 | format = 2
