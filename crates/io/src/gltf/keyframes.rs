@@ -103,7 +103,7 @@ impl<'a> KeyframeReader<'a> {
         };
         if times.element_arity() != 1 || values.element_arity() != arity || !fits {
             return Err(Fault::invalid_input(format!(
-                "has {} and {} of {}, but needs {} of {}",
+                "has values that do not match its keyframe times: {} and {} of {}, in place of {} of {}",
                 format_count(count, "keyframe time"),
                 format_count(values.count(), "value"),
                 format_count(values.element_arity(), "number"),

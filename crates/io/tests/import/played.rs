@@ -251,11 +251,11 @@ fn broken_animations_are_refused_when_played() {
         ),
         (
             |d| d["animations"][0]["samplers"][0]["interpolation"] = json!("CUBICSPLINE"),
-            "has 2 keyframe times and 2 values of 3 numbers, but needs 6 values of 3 numbers",
+            "has values that do not match its keyframe times: 2 keyframe times and 2 values of 3 numbers, in place of 6 values of 3 numbers",
         ),
         (
             |d| d["animations"][0]["channels"][0]["target"]["path"] = json!("rotation"),
-            "needs 2 values of 4 numbers",
+            "in place of 2 values of 4 numbers",
         ),
         (
             |d| d["accessors"][1]["count"] = json!(0),
