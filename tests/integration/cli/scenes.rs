@@ -39,7 +39,7 @@ fn info_shows_what_is_in_a_scene() {
 file        two.scene.toml
 format      Raywright scene (TOML)
 title       Two
-picture     320x200 pixels, 4 samples (corners), at most 8 ray segments
+picture     320x200 pixels, 4 samples (corners), paths of at most 8 ray segments
 parameters  r = 0.25
 cameras     1: front
 objects     2: 1 plane, 1 sphere

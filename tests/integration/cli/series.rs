@@ -162,7 +162,7 @@ fn several_files_are_rendered() {
     assert!(sandbox.picture("n1.png").rgb == sandbox.picture("single.png").rgb);
     sandbox.run(&["a.obj", "b.obj", "-o", "n.png"])
         .exits_with(2)
-        .prints("error: 2 pictures cannot all be written to n.png\nhelp: number the files: -o n-%04d.png; or put all pictures on one sheet: --sheet n.png");
+        .prints("error: 2 pictures cannot all be written to the single file n.png\nhelp: number the files: -o n-%04d.png; or put all pictures on one sheet: --sheet n.png");
 }
 
 /// Protects: a requested view applies to each of several files.

@@ -164,7 +164,7 @@ fn what_reading_left_out_is_told() {
     let (code, text) = of("geometry/nan_positions.gltf");
     assert!(code == Some(1) && text.contains("nothing-seen"), "{text}");
     for words in [
-        "it has no object: meshes[0].primitives[0]: 1 triangle with vertices that are not finite was left out",
+        "the scene has no object: meshes[0].primitives[0]: 1 triangle with vertices that are not finite was left out",
         "2 warnings of reading the file, the worst of them above (all: -v)",
     ] {
         assert!(text.contains(words), "{words}\n{text}");

@@ -92,7 +92,8 @@ fn format_rung_table(report: &AccuracyReport) -> String {
     rows.extend(others.iter().flat_map(|ladder| format_ladder_rows(ladder)));
     let notes = [
         "* in use",
-        "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01) for the picture I and the reference R; bias: the part of the error that more samples do not reduce; light: change of total light",
+        "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01) for the picture I and the reference R",
+        "bias: the part of the error that more samples do not reduce; light: change of total light",
         "alone: root mean square difference from the ladder's most exact rung, with the same random numbers",
         "< before a number: too small to be distinguished from the reference's noise; the number is the upper end of the interval",
         "-o FILE.csv writes RMSE and the ends of all intervals",

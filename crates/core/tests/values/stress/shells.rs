@@ -157,7 +157,7 @@ fn a_copy_over_a_listed_object() {
         assert!(
             finding
                 .reason
-                .starts_with("a copy of it is in one place with objects[0] `listed`")
+                .starts_with("a copy of it is in the same place as objects[0] `listed`")
                 && finding.place.is_some_and(|[x, ..]| x.abs() < 1e-9),
             "{finding:?}"
         );
