@@ -34,7 +34,7 @@
 //! | choose what to render | [`settings`], [`framing`] (a camera that shows the whole scene), [`ladder`] (choices that trade accuracy for time) |
 //! | prepare a scene | [`prepare()`], [`mod@prepare`] (its errors), [`SceneLookup`] (items by name), [`memory`] |
 //! | generate rays | [`camera`], [`sampler`] (random numbers), [`filter`] |
-//! | shade a hit | [`material`] (BSDFs), [`noise`], [`number`] (SIMD lanes) |
+//! | shade a hit | [`material`] (BSDFs), [`light`], [`noise`], [`number`] (SIMD lanes) |
 //! | render | [`ReadyScene::render`], [`counters`], [`film`] (sums of samples, and their error) |
 //! | use a picture | [`picture`], [`denoise`], [`display`] (tone map and transfer curve), [`metrics`] (comparison with a reference) |
 //! | measure | [`accuracy`] (error against time), [`mod@bench`] (time of ray queries), [`stability`] (numerically hard cases), [`stress`] (faults of a user's scene) |
@@ -100,7 +100,7 @@ mod hash;
 mod integrator;
 mod interaction;
 pub mod ladder;
-mod light;
+pub mod light;
 mod lookup;
 pub mod material;
 pub mod memory;

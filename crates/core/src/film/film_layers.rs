@@ -8,7 +8,7 @@ use crate::settings::Aov;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Vec<Aov>", into = "Vec<Aov>")]
 pub(crate) struct FilmLayers {
-    asked: Vec<Aov>,
+    pub(super) asked: Vec<Aov>,
     /// Means over the first hits of all samples.
     pub mean: Vec<(Aov, [&'static str; 3])>,
     /// Values at the first hit of the pixel-centre ray.

@@ -59,12 +59,11 @@ pub(crate) use sums::{
 };
 pub use uncertainty::{ErrorEstimate, EstimateDoubt, Uncertainty};
 
-use core::ops::{Range, RangeInclusive};
+use core::ops::RangeInclusive;
 
 use crate::counters::Counters;
 use crate::light::LightUsage;
-use crate::picture::{Picture, PictureLayer};
-use crate::settings::{Aov, Settings};
+use crate::settings::Settings;
 
 /// A picture in progress: sums of the samples rendered so far, for each tile and replicate. A
 /// replicate is an independent part of a pixel's samples.

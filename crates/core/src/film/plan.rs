@@ -36,14 +36,14 @@ const ADAPTIVE_TILE: u32 = 16;
 #[serde(deny_unknown_fields)]
 pub(crate) struct FilmPlan {
     /// Width and height of the whole picture.
-    size: [u32; 2],
+    pub(super) size: [u32; 2],
     /// Rendered part of the picture.
     pub crop: Crop,
-    tile_size: u32,
+    pub(super) tile_size: u32,
     /// Samples per pixel, over all replicates.
-    samples: u32,
+    pub(super) samples: u32,
     /// Requested number of replicates; `None`: chosen by the number of samples.
-    asked: Option<u32>,
+    pub(super) asked: Option<u32>,
     /// Replicates of every pixel, at least one.
     pub replicates: u32,
     /// Whether the picture uses random numbers.
@@ -58,7 +58,7 @@ pub(crate) struct FilmPlan {
     pub layers: FilmLayers,
     /// Whether the samples of a pixel form a fixed pattern, so that they cannot be split into
     /// replicates or passes.
-    is_fixed: bool,
+    pub(super) is_fixed: bool,
     /// Whether sampling is adaptive, so that tiles and halves of replicates end with different
     /// numbers of samples.
     pub adaptive: bool,

@@ -2,6 +2,8 @@
 
 use core::ops::Range;
 
+use glam::DVec3;
+
 use super::Film;
 use super::estimate::ReplicateStats;
 use super::leave_one_out::{LeaveOneOutStats, SingleReplicateBound};

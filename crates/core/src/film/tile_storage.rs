@@ -64,7 +64,7 @@ impl Film {
             .collect()
     }
 
-    fn copy_buffer_into_film(
+    pub(super) fn copy_buffer_into_film(
         &mut self,
         replicate: u32,
         buffer: &ReplicateBuffer,
@@ -77,7 +77,7 @@ impl Film {
             .copy_rect_from(to, buffer, from);
     }
 
-    fn place_centre_layers(&mut self, layers: &[Vec<f32>], from: Rect, to: Rect) {
+    pub(super) fn place_centre_layers(&mut self, layers: &[Vec<f32>], from: Rect, to: Rect) {
         if self.centre_layers.is_empty() {
             self.centre_layers = layers
                 .iter()
@@ -92,7 +92,7 @@ impl Film {
     /// Adds a spread to the stored spread: the root of the sum of squares. Each addition rounds in
     /// f32, so parts merged in another order than that of the replicates may differ by an ulp; no
     /// picture depends on the spread.
-    fn add_sample_spread(&mut self, spread: &[[f32; 3]], from: Rect, to: Rect) {
+    pub(super) fn add_sample_spread(&mut self, spread: &[[f32; 3]], from: Rect, to: Rect) {
         if spread.is_empty() {
             return;
         }

@@ -45,9 +45,9 @@
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
-use super::Film;
 use super::leave_one_out::LeaveOneOutStats;
 use super::variance_sum::VarianceSum;
+use super::{Film, ReplicateBuffer};
 
 /// Factor by which an estimate carried by few pixels must be below the requested error. In 1,600
 /// pictures of 20 scenes, black ones excepted, the error was never more than three times the upper

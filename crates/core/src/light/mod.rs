@@ -39,7 +39,7 @@ use emitters::EmitterLanes;
 pub use bounds::LightBounds;
 pub use delta::DeltaLight;
 pub use direction_cone::DirectionCone;
-pub use emitters::{EmissionEstimate, EmitterList, EmitterStrategy, Emitters};
+pub use emitters::{EmissionEstimate, EmissionPoint, EmitterList, EmitterStrategy, Emitters};
 pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
 pub(crate) use lanes::{

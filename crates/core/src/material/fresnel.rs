@@ -5,7 +5,7 @@ use crate::number::{Number, Vector3};
 /// Returns Schlick's weight (1 − cos)⁵: 0 at normal incidence, 1 at grazing incidence (Schlick, "An
 /// Inexpensive BRDF Model for Physically-based Rendering", 1994).
 #[inline(always)]
-pub(crate) fn schlick_weight<N: Number>(cosine: N) -> N {
+pub fn schlick_weight<N: Number>(cosine: N) -> N {
     (N::ONE - cosine.min(N::ONE)).powi(5)
 }
 
@@ -20,7 +20,7 @@ pub fn schlick<N: Number>(f0: N::Vec3, cosine: N) -> N::Vec3 {
 /// Shading on Mobile" (Karis 2014). `facing` is the cosine of the view to the normal. The fit lies
 /// within 0.02 of the integral.
 #[inline(always)]
-pub(crate) fn environment_reflectance<N: Number>(f0: N::Vec3, roughness: N, facing: N) -> N::Vec3 {
+pub fn environment_reflectance<N: Number>(f0: N::Vec3, roughness: N, facing: N) -> N::Vec3 {
     let c = N::from_f64;
     let rx = roughness * c(-1.0) + c(1.0);
     let ry = roughness * c(-0.0275) + c(0.0425);
@@ -38,7 +38,7 @@ pub(crate) fn environment_reflectance<N: Number>(f0: N::Vec3, roughness: N, faci
 /// Returns the unpolarised Fresnel reflectance of a dielectric. `incident` and `transmitted` are
 /// the cosines of incidence and refraction; `None` means total reflection. `eta` is the index on
 /// the incident side over the index on the transmitted side.
-pub(crate) fn fresnel_dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> f64 {
+pub fn fresnel_dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> f64 {
     let (ci, Some(ct)) = (incident.clamp(0.0, 1.0), transmitted) else {
         return 1.0;
     };
@@ -52,7 +52,7 @@ pub(crate) fn fresnel_dielectric(incident: f64, transmitted: Option<f64>, eta: f
 
 /// Returns the unpolarised Fresnel reflectance of a conductor in air with the complex index n + ik,
 /// at a cosine of incidence (Born, Wolf, "Principles of Optics", 1999, §14.4).
-pub(crate) fn fresnel_conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
+pub fn fresnel_conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
     let (c2, s2) = (c * c, 1.0 - c * c);
     // p + iq = √((n + ik)² − sin²), computed without a difference of nearly equal numbers.

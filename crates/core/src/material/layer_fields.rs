@@ -9,7 +9,7 @@ use crate::number::Number;
 
 /// Types of the fields of a layer. Before a hit, the fields are inputs, such as textures. At a hit,
 /// they are numbers. One generic struct serves both stages.
-pub(crate) trait LayerFieldTypes {
+pub trait LayerFieldTypes {
     /// A number from 0 to 1.
     type Share: Copy + Debug + PartialEq;
     /// A colour with channels from 0 to 1.
@@ -45,7 +45,7 @@ impl<N: Number> LayerFieldTypes for N {
 
 /// Evaluator of a layer's fields: converts the inputs of type `S` to numbers `N` at a hit, or at
 /// the hits of all SIMD lanes.
-pub(crate) trait LayerFieldEvaluator<S: LayerFieldTypes, N: Number> {
+pub trait LayerFieldEvaluator<S: LayerFieldTypes, N: Number> {
     /// Evaluates a number, clamped to 0..1.
     fn eval_unit_number(&self, input: &S::Share) -> N;
     /// Evaluates a colour, clamped to 0..1.

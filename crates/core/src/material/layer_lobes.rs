@@ -186,7 +186,7 @@ macro_rules! ask {
 /// Lobe of a layered surface, scaled by the transmittance of the coat and the sheen over it. Either
 /// of these may be absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct CoatedLobe<N: Number> {
+pub struct CoatedLobe<N: Number> {
     lobe: LayerLobe<N>,
     coating: Coating<N>,
     /// Sampling weight of the lobe for the viewing direction.

@@ -16,10 +16,10 @@ use super::thin_film::ThinFilm;
 use crate::number::{Mask, Number, Vector3};
 
 /// Greatest number of lobes of a [`LayeredBsdf`].
-pub(crate) const MOST_LAYERED_LOBES: usize = 9;
+pub const MOST_LAYERED_LOBES: usize = 9;
 
 /// The BSDF of a [`LayeredSurface`] at a point.
-pub(crate) type LayeredBsdf<N> = Bsdf<N, CoatedLobe<N>, MOST_LAYERED_LOBES>;
+pub type LayeredBsdf<N> = Bsdf<N, CoatedLobe<N>, MOST_LAYERED_LOBES>;
 
 layer! {
     /// Anisotropy of the microfacets: its strength, and the direction of greater roughness.
@@ -43,7 +43,7 @@ layer! {
 /// parameter `S` determines the types of the parameters: inputs before a hit, numbers at a hit (see
 /// [`LayerFieldTypes`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LayeredSurface<S: LayerFieldTypes> {
+pub struct LayeredSurface<S: LayerFieldTypes> {
     /// The metallic-roughness base.
     pub base: S::Base,
     /// Index of refraction of the dielectric part.

@@ -100,7 +100,7 @@ impl<N: Number> Glass<N> {
 /// Parameters of the metallic-roughness model of glTF at a point, evaluated from inputs such as
 /// textures.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct MetallicRoughness<N: Number> {
+pub struct MetallicRoughness<N: Number> {
     /// Base colour.
     pub base: N::Vec3,
     /// Share of metal in the surface's area, from 0 (dielectric) to 1 (metal).

@@ -49,24 +49,22 @@ mod thin_film;
 
 pub use bsdf::{Bsdf, BsdfSample, MOST_LOBES};
 pub use dielectric::Dielectric;
-pub(crate) use fresnel::environment_reflectance;
-pub(crate) use fresnel::fresnel_dielectric;
-pub use fresnel::{FresnelRule, schlick};
+pub use fresnel::{
+    FresnelRule, environment_reflectance, fresnel_conductor, fresnel_dielectric, schlick,
+    schlick_weight,
+};
 pub(crate) use interface::SmoothInterface;
 pub use lambert::Lambert;
-pub(crate) use layer_fields::LayerFieldEvaluator;
-pub(crate) use layer_fields::LayerFieldTypes;
+pub use layer_fields::{LayerFieldEvaluator, LayerFieldTypes};
 pub use layer_lobes::*;
 pub use layered_surface::*;
 pub use lobe::Lobe;
 pub(crate) use lobe_traits::sample_cosine_hemisphere;
 pub use lobe_traits::{BsdfLobe, Directions, ScatteringLobe};
-pub use metallic_roughness::Glass;
-pub(crate) use metallic_roughness::MetallicRoughness;
+pub use metallic_roughness::{Glass, MetallicRoughness};
 pub use multiple_scattering::MultipleScattering;
-pub(crate) use normal_map::NormalMap;
-pub(crate) use normal_map::ensure_reflection_above;
-pub(crate) use shading_frame::ShadingFrame;
+pub use normal_map::{NormalMap, ensure_reflection_above};
+pub use shading_frame::ShadingFrame;
 pub use sheen::Sheen;
 pub(crate) use spectrum::{HeroWavelength, ior_at_wavelength};
 pub use thin_film::ThinFilm;

@@ -7,7 +7,7 @@ use crate::number::{Mask, Number, Vector3};
 
 /// The value of a normal map at a hit, with the geometry that it perturbs.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct NormalMap<N: Number> {
+pub struct NormalMap<N: Number> {
     /// Unperturbed unit shading normal.
     pub normal: N::Vec3,
     /// Unit direction on the surface in which the image's u coordinate grows.
@@ -65,7 +65,7 @@ const LEAST_HEIGHT: f64 = 0.02;
 /// Simulation and Rendering System", Keller et al. 2017, §A.3; Cycles' valid reflections, V-Ray).
 /// The bent normal depends on the view: the BSDF is not reciprocal.
 #[inline(always)]
-pub(crate) fn ensure_reflection_above<N: Number>(
+pub fn ensure_reflection_above<N: Number>(
     n: N::Vec3,
     geometric: N::Vec3,
     outside: N::Mask,

@@ -5,7 +5,7 @@ use crate::number::{Number, Vector3};
 /// An orthonormal frame about a shading normal. It is right-handed (tangent × bitangent = normal)
 /// unless a texture appears mirrored.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ShadingFrame<N: Number> {
+pub struct ShadingFrame<N: Number> {
     /// Unit tangent, perpendicular to the normal.
     pub tangent: N::Vec3,
     /// Unit bitangent, perpendicular to the normal and to the tangent.

@@ -5,10 +5,9 @@ use glam::DVec3;
 use raywright_bvh::scalar::Real;
 
 use super::{hit, names};
+use crate::expr::program::MAX_OPERATIONS;
 use crate::expr::semantics::{integer_power, underflow_limit_of_power};
-use crate::expr::{
-    Constant, ExprScope, MAX_OPERATIONS, ProgramTable, Variable, compile, compile_number,
-};
+use crate::expr::{Constant, ExprScope, ProgramTable, Variable, compile, compile_number};
 
 /// Protects: every variable reads its own input, and exists only in its scopes.
 #[test]
