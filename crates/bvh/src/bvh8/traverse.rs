@@ -15,7 +15,7 @@ use super::leaf::find_lanes_for_exact_test;
 use super::optimisation_barrier::keep_in_memory;
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
 use super::stack::{StackEntry, TraversalStack};
-use super::traversal_ray::{RayRoundingResult, RayReparametrisation, TraversalRay};
+use super::traversal_ray::{RayReparametrisation, RayRoundingResult, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::{Bvh8, Bvh8Node, ChildRef, WIDTH};
 use crate::aabb::BoundingSphere;

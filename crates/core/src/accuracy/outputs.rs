@@ -43,7 +43,7 @@ pub struct OutputFormatReport {
 }
 
 /// Measures every output format on tiles of a picture, each given with its inclusion probability.
-/// `pixels` is the number of pixels of the whole picture. `current_value` is the format of the scene's own
+/// `pixels` is the number of pixels of the whole picture. `in_use` is the format of the scene's own
 /// setting.
 pub(super) fn measure_output_formats(
     tiles: &[(f64, &Picture)],

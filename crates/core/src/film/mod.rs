@@ -20,6 +20,7 @@
 
 mod adaptive;
 mod buffer;
+mod error_estimate;
 mod estimate;
 mod film_layers;
 mod film_picture;
@@ -44,6 +45,7 @@ mod variance_sum;
 pub use adaptive::DoubtfulErrorEstimate;
 pub(crate) use adaptive::ErrorProgress;
 pub(crate) use buffer::{Rect, ReplicateBuffer};
+pub use error_estimate::ErrorEstimate;
 pub(crate) use estimate::PixelMeanAndVariance;
 use estimate::ReplicateStats;
 pub(crate) use four_replicates::{BRIGHTEST, FourReplicates, FourReplicatesError};
@@ -57,7 +59,7 @@ pub(crate) use sums::{
     BlockAccumulator, MomentAccumulator, PixelSums, SampleAccumulator, SumAccumulator,
     quantise_coverage,
 };
-pub use uncertainty::{ErrorEstimate, EstimateDoubt, Uncertainty};
+pub use uncertainty::{EstimateDoubt, Uncertainty};
 
 use core::ops::RangeInclusive;
 

@@ -45,6 +45,7 @@
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
+use super::error_estimate::ErrorEstimate;
 use super::leave_one_out::LeaveOneOutStats;
 use super::variance_sum::VarianceSum;
 use super::{Film, ReplicateBuffer};
@@ -66,21 +67,6 @@ const MIN_REPLICATES: u32 = 4;
 
 /// Number of pixel rows in a parallel work item.
 const BAND_ROWS: usize = 32;
-
-/// Estimate of a picture's error, with a confidence interval. In 95 of 100 renders, the interval
-/// contains the true error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ErrorEstimate {
-    /// Most likely value.
-    pub value: f64,
-    /// Lower end of the interval.
-    pub low: f64,
-    /// Upper end of the interval.
-    pub high: f64,
-    /// Effective number of pixels that carry the error: (Σv)²/Σv² of their variances (Kish, "Survey
-    /// Sampling", 1965).
-    pub carriers: f64,
-}
 
 /// Error of a picture, estimated from its own samples without a reference picture. Light that no
 /// sample found cannot be included.

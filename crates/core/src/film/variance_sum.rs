@@ -2,7 +2,7 @@
 
 use core::ops::AddAssign;
 
-use super::ErrorEstimate;
+use super::error_estimate::ErrorEstimate;
 use super::pixel_variance::PixelVariance;
 use crate::metrics::student_factor_95;
 

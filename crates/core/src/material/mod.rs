@@ -11,8 +11,8 @@
 //! use glam::DVec3;
 //! use raywright_core::material::MetallicRoughness;
 //!
-//! let diffuse_base = DVec3::new(0.8, 0.2, 0.1);
-//! let paint = MetallicRoughness::<f64> { diffuse_base, metallic: 0.0, roughness: 0.5, dielectric: 0.04, grazing: 1.0, glass: None };
+//! let base = DVec3::new(0.8, 0.2, 0.1);
+//! let paint = MetallicRoughness::<f64> { base, metallic: 0.0, roughness: 0.5, dielectric: 0.04, grazing: 1.0, glass: None };
 //! let (wo, wi) = (DVec3::Y, DVec3::new(0.6, 0.8, 0.0));
 //! let bsdf = paint.local_bsdf(DVec3::Y, wo);
 //! assert!(bsdf.eval(wo, wi).x > bsdf.eval(wo, wi).y && bsdf.pdf(wo, wi) > 0.0);

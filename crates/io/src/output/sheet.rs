@@ -255,7 +255,7 @@ fn shorten_text(text: &str, maximum: usize) -> Vec<char> {
 mod tests {
     use super::*;
     use crate::limits::Limits;
-    use crate::output::decode_picture;
+    use crate::output::read::decode_picture;
 
     fn plain(width: u32, height: u32, grey: f32) -> Picture {
         Picture {

@@ -296,8 +296,8 @@ mod tests {
         assert_eq!(
             format_recommendation(&report, &command),
             format!(
-                "{own} No setting certainly has half the error: `--budget 50s` may find such a setting. No setting certainly has the same error in \
-                 less time: `--budget 2min` may find such a setting."
+                "{own} The measurements are too uncertain to name a setting with half the error: `--budget 50s` may find such a setting. \
+                 The measurements are too uncertain to name a setting with the same error in less time: `--budget 2min` may find such a setting."
             )
         );
         report.recommendations = Recommendations::default();

@@ -78,7 +78,7 @@ fn sums_of_a_scene() {
         |render: serde_json::Value| describe_render_size(&with(json!({ "render": render })));
     assert!(
         describe(json!({ "samples": 9, "size": [4, 3], "max_depth": 5 }))
-            .eq("4x3 pixels, 9 samples, at most 5 ray segments")
+            .eq("4x3 pixels, 9 samples, paths of at most 5 ray segments")
     );
     assert!(describe(json!({ "pattern": "centre" })).contains(", 1 sample (centre), "));
     assert!(describe(json!({ "pattern": "corners" })).contains(", 4 samples (corners), "));

@@ -4,6 +4,7 @@
 mod reading;
 mod reference;
 
+use crate::output::read::decode_picture;
 use std::path::PathBuf;
 
 use raywright_core::display::OutputFormat;

@@ -1,5 +1,6 @@
 //! Tests of files from other programs, and of malformed files.
 
+use crate::output::read::decode_picture;
 use ::exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, FlatSamples, Image, LayerAttributes, LineOrder,
     SmallVec, Vec2, WritableImage, f16,
