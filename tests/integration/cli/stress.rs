@@ -180,7 +180,7 @@ fn what_reading_left_out_is_told() {
     let (code, text) = of("obj/huge_coordinates.obj");
     assert!(code == Some(1) && text.contains(warnings), "{text}");
     assert!(
-        text.contains("dropped-triangles") && text.contains("1 triangle had to be left out"),
+        text.contains("dropped-triangles") && text.contains("1 triangle missing in the picture"),
         "{text}"
     );
     let (code, text) = of("nodes/zero_scale.gltf");

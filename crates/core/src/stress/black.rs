@@ -5,6 +5,7 @@ use super::facts::SceneFacts;
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::samples::camera_subject;
 use super::small_render::SmallRender;
+use crate::scene::Sky;
 
 /// Findings that can explain a black picture, in the order in which they are tried.
 const CAUSES: [FindingCode; 3] = [
@@ -44,7 +45,12 @@ fn black_picture_finding(
     picture: &SmallRender,
 ) -> Option<StressFinding> {
     let words = |subject: FindingSubject| subject.display_name(scene_facts.scene);
+    let has_expression = matches!(scene_facts.scene.sky, Some(Sky::Expression(_)));
     let (reason, remedy) = match picture.cover {
+        None if has_expression => (
+            "all visible surfaces are black: no sample found light in the sky, whose `expression` is black or bright only in a small place".to_owned(),
+            "make the bright place of the sky larger, or make it an entry of `suns` in a `gradient` sky, whose light is found".to_owned(),
+        ),
         None => (
             "all visible surfaces are black: no light reaches them".to_owned(),
             "add a light or a sky, or move the objects that block the light".to_owned(),
@@ -88,11 +94,11 @@ fn black_picture_cause_texts(
     if code != FindingCode::UnreachedLight {
         let first = of_code(code).next()?;
         let what = match code {
-            FindingCode::LightInSurface => "in the surface to be lit",
-            _ => "turned away from all objects or too far away",
+            FindingCode::LightInSurface => " in the surface to be lit",
+            _ => " without effect",
         };
         let reason = format!(
-            "all visible surfaces are black: {lights} {what} ({})",
+            "all visible surfaces are black: {lights}{what}; {}",
             first.reason
         );
         return Some((reason, first.remedy.clone()));

@@ -9,7 +9,7 @@ use super::duplicates::DuplicateObjects;
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::numbers::{append_metre_unit, format_metres, format_rounded_up};
-use super::overlaps::separation_remedy;
+use super::overlaps::{TOUCHING_GLASS_REMEDY, separation_remedy};
 use super::ray_survey::{RaySurvey, SightingCount};
 use super::topology::Topology;
 use crate::prepare::{LampRef, LightLeak, UnresolvedGap};
@@ -17,6 +17,9 @@ use crate::scene::{Material, MaterialModel, Shape};
 
 /// Share of the rays through an object above which a fault of the object shows in the picture.
 const SEEN: f64 = 0.02;
+/// The same share for bodies that are open or touch. Touching faces that few rays cross have no
+/// visible effect.
+const OPEN: f64 = 0.05;
 /// Share of all rays that start at surfaces above which a fault shows in the picture.
 const OF_ALL: f64 = 0.002;
 
@@ -112,13 +115,13 @@ impl BodyChecks<'_> {
             let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &object);
             // What has no end has an inside that nothing leaves.
             let is_endless = matches!(object_facts.object.shape, Shape::Plane { .. });
-            let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * hit_count as f64;
+            let is_few = sighting.count < 3 || (sighting.count as f64) < OPEN * hit_count as f64;
             if edges_tell || is_endless || is_few || self.doubles.has_duplicate(object) {
                 return None;
             }
             let reason = "this glass body is open, or touches another surface: rays that enter it do not leave it, or the reverse, and are bent and tinted wrongly";
             let remedy = format!(
-                "close the body (a cylinder with `caps`); if it touches another surface, leave {} or more between the two; if it should be a pane without an inside, set `thin_walled` for its material",
+                "close the body (a cylinder with `caps`); if it touches another body of glass, {TOUCHING_GLASS_REMEDY}; if it touches another surface, leave {} or more between the two; if it should be a pane without an inside, set `thin_walled` for its material",
                 append_metre_unit(&format_rounded_up(
                     self.resolution.min_separation_at(sighting.position)
                 ))
@@ -158,13 +161,21 @@ impl BodyChecks<'_> {
             .collect();
         let more = match others.len() {
             0 => String::new(),
-            1 => ", and one more body is inside another".to_owned(),
-            more => format!(", and {more} more bodies are inside others"),
+            1 => ", and one more body overlaps another".to_owned(),
+            more => format!(", and {more} more bodies overlap others"),
         };
         let reason = format!(
             "this glass body is inside {around} or overlaps it{more}; each boundary then bends light as if there were air between the two"
         );
-        let remedy = "set a `priority` for the material of each body: where bodies overlap, the one with the greatest priority counts";
+        let material = |object: usize| self.scene_facts.objects[object].material.map(|m| m.0);
+        let remedy = match material(outer) == material(inner) {
+            false => {
+                "set a `priority` for the material of each body: where bodies overlap, the one with the greatest priority counts"
+            }
+            true => {
+                "if the two should be one body, set a `priority` for their material; if the inner one should be hollow, remove it and set `thin_walled` for the outer one, or give each a material with a `priority`, the inner one the greater and `ior = 1`"
+            }
+        };
         let finding = self.wrong_picture_finding(FindingCode::NestedGlass, inner, reason, remedy);
         let finding = if others.is_empty() {
             let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &inner);
@@ -175,7 +186,7 @@ impl BodyChecks<'_> {
             let is_body = |object: &&ObjectFacts<'_>| object.surface_kind == SurfaceKind::Body;
             let bodies = all.iter().filter(is_body).count() as u64;
             let count = 1 + others.len() as u64;
-            finding.with_count(count, bodies, "glass bodies", "are inside another one")
+            finding.with_count(count, bodies, "glass bodies", "overlap another one")
         };
         vec![StressFinding {
             others: others.into_iter().map(subject).collect(),

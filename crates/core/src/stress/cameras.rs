@@ -4,7 +4,7 @@
 use glam::DVec3;
 use raywright_bvh::{Aabb, Ray, Real};
 
-use super::facts::{SceneFacts, SurfaceKind};
+use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::numbers::format_decimal;
 use super::ray_survey::RaySurvey;
@@ -130,23 +130,7 @@ pub(super) fn check_cameras(
     let mut findings = Vec::new();
     for (view, survey) in views.iter().zip(surveys) {
         if survey.hits == 0 && !scene_facts.is_empty() {
-            let reason =
-                "no ray of this camera hits an object: its picture shows only the sky or nothing";
-            let remedy = match view.subject {
-                FindingSubject::Camera(None) => {
-                    "check that the scene has objects that are visible (`opacity`, `side`) and not scaled to nothing"
-                }
-                _ => {
-                    "turn the camera to the scene (`pose`, or render with --eye and --target), or remove it from the file: a scene without cameras is framed as a whole"
-                }
-            };
-            findings.push(StressFinding::new(
-                FindingCode::NothingSeen,
-                Severity::PictureWrong,
-                view.subject,
-                reason,
-                remedy,
-            ));
+            findings.push(nothing_seen_finding(scene_facts, view, survey));
         }
         findings.extend(camera_in_body_findings(scene_facts, view, survey));
         findings.extend(small_scene_finding(scene_facts, view));
@@ -154,6 +138,41 @@ pub(super) fn check_cameras(
         findings.extend(aspect_finding(view));
     }
     findings
+}
+
+/// Returns the finding about a camera whose rays hit nothing. Rays may pass through surfaces that
+/// are hidden from the camera's side.
+fn nothing_seen_finding(
+    scene_facts: &SceneFacts<'_>,
+    view: &CameraView,
+    survey: &RaySurvey,
+) -> StressFinding {
+    let (code, severity) = (FindingCode::NothingSeen, Severity::PictureWrong);
+    let most = survey.hidden_backs_hit.iter();
+    if let Some((&object, sighting)) = most.max_by_key(|(_, sighting)| sighting.count) {
+        let name = scene_facts.objects[object].subject;
+        let name = name.display_name(scene_facts.scene);
+        let reason = format!(
+            "no ray of this camera hits a visible side: the camera looks at {name} from the side that its `side` hides"
+        );
+        let remedy = format!(
+            "set `side = \"both\"` for {name} (in glTF: `doubleSided`), or move the camera to its other side (`pose`, or render with --eye)"
+        );
+        let predicate = "pass through its hidden side";
+        return StressFinding::new(code, severity, view.subject, reason, remedy)
+            .with_count(sighting.count, survey.rays, "rays", predicate)
+            .with_place(finite_point(sighting.position));
+    }
+    let reason = "no ray of this camera hits an object: its picture shows only the sky or nothing";
+    let remedy = match view.subject {
+        FindingSubject::Camera(None) => {
+            "check that the scene has objects that are visible (`opacity`, `side`) and not scaled to nothing"
+        }
+        _ => {
+            "turn the camera to the scene (`pose`, or render with --eye and --target), or remove it from the file: a scene without cameras is framed as a whole"
+        }
+    };
+    StressFinding::new(code, severity, view.subject, reason, remedy)
 }
 
 /// Returns a finding if the picture's aspect ratio differs from the camera's and the picture is
@@ -208,11 +227,11 @@ fn camera_in_body_findings(
         .iter()
         .find(|(_, sighting)| sighting.count == survey.rays);
     let others = |object: usize| {
-        scene_facts
-            .objects
-            .iter()
-            .enumerate()
-            .any(|(index, object_facts)| index != object && is_bounded(&object_facts.object.shape))
+        let emits = scene_facts.objects[object].emits_light();
+        let all = scene_facts.objects.iter().enumerate();
+        // A lamp around the camera may be the sky over an endless ground.
+        all.filter(|(index, _)| *index != object)
+            .any(|(_, other)| !emits || is_bounded(&other.object.shape))
     };
     let encloses = |object: usize| {
         scene_facts.objects[object].surface_kind == SurfaceKind::Opaque

@@ -87,22 +87,19 @@ impl LightByChanceNoise<'_> {
             let reason = "light of lamps and suns by way of mirrors or glass is noisy: paths hit these lights only by chance, and hardly any does";
             let place = lamp.bounds.and_then(|bounds| finite_point(bounds.centre()));
             let lamp = lamp.subject.display_name(scene_facts.scene);
-            // What is thin already, and mirrors, can only be rougher.
             let has_body = scene_facts
                 .objects
                 .iter()
                 .any(|object_facts| object_facts.surface_kind == SurfaceKind::Body);
             let thin = match has_body {
-                true => ", the glass thin (`thin_walled`),",
-                false => "",
+                true => ", make the glass thin (`thin_walled`),",
+                false => ",",
             };
-            let remedy = format!(
-                "make {lamp} larger{thin} or the mirrors and the glass rougher (`roughness`), or render with more --spp"
-            );
+            let remedy = format!("make {lamp} larger{thin} or render with more --spp");
             new_light_by_chance_finding(FindingSubject::Scene, reason, remedy).with_place(place)
         } else if matches!(scene_facts.scene.sky, Some(Sky::Studio(_))) {
             let reason = "light of the studio by way of mirrors or glass is noisy: paths hit its lights only by chance, and hardly any does";
-            let remedy = "render with more --spp or with another environment (--env), or make the mirrors or the glass rougher (`roughness`)";
+            let remedy = "render with more --spp or with another environment (--env)";
             new_light_by_chance_finding(FindingSubject::Sky, reason, remedy)
         } else {
             let reason = "the sky has a small bright sun, whose light by way of mirrors or glass is noisy: paths hit the sun only by chance, and hardly any does";

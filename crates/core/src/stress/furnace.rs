@@ -35,7 +35,7 @@ impl FurnaceAlbedo {
 }
 
 /// Measures the materials in use, as many as the time allows. Returns the results, and the number
-/// of materials to measure. Classic materials under Whitted's rules are left out: they do not model
+/// of materials that more time would measure: those whose test cannot be prepared are left out. Classic materials under Whitted's rules are left out: they do not model
 /// energy.
 pub(super) fn run_furnace_tests(
     scene_facts: &SceneFacts<'_>,
@@ -52,19 +52,20 @@ pub(super) fn run_furnace_tests(
         .into_iter()
         .filter(|(_, material)| judged(&material.model))
         .collect();
-    let mut measured = Vec::new();
+    let (mut measured, mut planned) = (Vec::new(), materials.len());
     for &(index, material) in &materials {
         if deadline.has_passed() {
             break;
         }
-        measured.extend(
-            furnace_albedo(scene_facts.scene, material, settings).map(|sent_back| FurnaceAlbedo {
+        match furnace_albedo(scene_facts.scene, material, settings) {
+            Some(albedo) => measured.push(FurnaceAlbedo {
                 material: index,
-                albedo: sent_back,
+                albedo,
             }),
-        );
+            None => planned -= 1,
+        }
     }
-    (measured, materials.len())
+    (measured, planned)
 }
 
 /// Returns the material without its emission and ambient light.
@@ -148,4 +149,39 @@ fn furnace_albedo(scene: &Scene, material: &Material, settings: &Settings) -> Op
             / picture.rgb.len() as f64
     };
     Some((0..3).map(mean).fold(0.0, f64::max))
+}
+
+#[cfg(test)]
+mod tests {
+    use raywright_bvh::Aabb;
+
+    use super::*;
+
+    /// Protects: a material whose test cannot be prepared does not count as left out for lack of
+    /// time.
+    #[test]
+    fn a_test_that_cannot_be_prepared_is_not_planned() {
+        let scene: Scene = serde_json::from_str(
+            r#"{
+                "format": 1,
+                "materials": [
+                    { "name": "paint", "model": { "physical": {} } },
+                    { "name": "lost", "model": { "physical": { "base_colour_texture": { "name": "none" } } } }
+                ],
+                "objects": [
+                    { "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "paint" },
+                    { "shape": { "sphere": { "centre": [2, 0, 0], "radius": 1 } }, "material": "lost" }
+                ]
+            }"#,
+        )
+        .expect("a scene");
+        let scene_facts = SceneFacts::new(&scene, Aabb::EMPTY);
+        let deadline = RayDeadline {
+            observer: &(),
+            end: None,
+        };
+        let settings = Settings::from_scene(&scene);
+        let (measured, planned) = run_furnace_tests(&scene_facts, &settings, &deadline);
+        assert_eq!((measured.len(), planned), (1, 1));
+    }
 }

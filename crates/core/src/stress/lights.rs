@@ -42,7 +42,12 @@ pub(super) fn check_lights(
     findings.extend(
         lamps().filter_map(|object_facts| light_facing_away_finding(scene_facts, object_facts)),
     );
-    findings.extend(lamp_below_pixel_finding(scene_facts, lamps(), views));
+    findings.extend(lamp_below_pixel_finding(
+        scene_facts,
+        lamps(),
+        views,
+        survey,
+    ));
     let sizeless = survey.iter().flat_map(|survey| &survey.lamps);
     findings
         .extend(sizeless.filter_map(|lamp| light_reach::sizeless_lamp_finding(scene_facts, lamp)));
@@ -126,9 +131,11 @@ fn lamp_below_pixel_finding<'a>(
     scene_facts: &SceneFacts<'_>,
     lamps: impl Iterator<Item = &'a ObjectFacts<'a>>,
     views: &[CameraView],
+    survey: Option<&LightSurvey>,
 ) -> Option<StressFinding> {
     let listed = scene_facts.scene.objects.len();
     let (mut total, mut count, mut nearest) = (0, 0, None);
+    let mut is_in_glass = false;
     for object_facts in lamps {
         let Some(bounds) = object_facts.bounds else {
             continue;
@@ -142,6 +149,8 @@ fn lamp_below_pixel_finding<'a>(
                 .any(|view| view.is_sphere_below_pixel(centre, radius))
             {
                 count += 1;
+                let index = object_facts.subject.list_index();
+                is_in_glass |= survey.is_some_and(|s| s.enclosing_glass(index).is_some());
                 let own = (object_facts.subject, centre);
                 nearest = item_nearest_to_camera(views, nearest.into_iter().chain([own]));
             }
@@ -158,8 +167,13 @@ fn lamp_below_pixel_finding<'a>(
     }
     let (subject, centre) = nearest?;
     let reason = "lamps in view are smaller than a pixel: the few samples that hit one show as bright specks";
-    let remedy =
-        "make the lamps larger, move them out of view, or replace them by entries in `lights`";
+    // No path hits an entry in `lights` through glass.
+    let remedy = match is_in_glass {
+        true => "make the lamps larger, or move them out of view",
+        false => {
+            "make the lamps larger, move them out of view, or replace them by entries in `lights`"
+        }
+    };
     Some(
         StressFinding::new(
             FindingCode::LampBelowPixel,
@@ -186,10 +200,9 @@ fn sky_spike_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
     let PixelData::Linear(pixels) = &data.pixels else {
         return None;
     };
-    let row = |index: usize| {
-        (PI * (index as f64 / f64::from(data.width) + 0.5).floor() / f64::from(data.height))
-            .sin()
-            .max(1e-3)
+    let texel_weight = |index: usize| {
+        let row_centre = (index / data.width as usize) as f64 + 0.5;
+        (PI * row_centre / f64::from(data.height)).sin()
     };
     let bright = |pixel: &[f32; 4]| f64::from(pixel[0].max(pixel[1]).max(pixel[2]));
     let finite = || {
@@ -198,7 +211,7 @@ fn sky_spike_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
             .enumerate()
             .filter(|(_, pixel)| bright(pixel).is_finite())
     };
-    let weight: f64 = finite().map(|(index, _)| row(index)).sum();
+    let weight: f64 = finite().map(|(index, _)| texel_weight(index)).sum();
     let mut values: Vec<f64> = finite().map(|(_, pixel)| bright(pixel)).collect();
     if values.is_empty() {
         return None;
@@ -206,7 +219,7 @@ fn sky_spike_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
     let middle = values.len() / 2;
     let median = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
     let spikes = || finite().filter(|(_, pixel)| bright(pixel) > SPIKE * median.max(1e-6));
-    let share = spikes().map(|(index, _)| row(index)).sum::<f64>() / weight;
+    let share = spikes().map(|(index, _)| texel_weight(index)).sum::<f64>() / weight;
     let count = spikes().count() as u64;
     let reason = format!(
         "a few points of the sky are over {SPIKE:.0} times as bright as most of it: their light by way of mirrors and glass is noisy"

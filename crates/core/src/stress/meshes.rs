@@ -17,6 +17,8 @@ use crate::scene::MeshData;
 
 /// Share of the rays through an object above which a fault of the object shows in the picture.
 const SEEN: f64 = 0.01;
+/// Number of rays up to which a fault counts as unseen.
+const FEW_RAYS: u64 = 2;
 
 /// Returns the topology of each mesh in use, by the index of the mesh.
 pub(super) fn mesh_topologies(scene_facts: &SceneFacts<'_>) -> BTreeMap<usize, Topology> {
@@ -149,10 +151,10 @@ impl UsedMesh<'_> {
         sightings: &SightingCounts<usize>,
         object_facts: &ObjectFacts<'_>,
     ) -> bool {
-        let value_of = |sightings| {
-            RaySurvey::sighting_count(sightings, &object_facts.subject.list_index()) as f64
-        };
-        value_of(sightings) > 2.0 && value_of(sightings) > SEEN * value_of(&self.survey.sightings)
+        let index = object_facts.subject.list_index();
+        let [rays, all] = [sightings, &self.survey.sightings]
+            .map(|sightings| RaySurvey::sighting_count(sightings, &index));
+        rays > FEW_RAYS && rays as f64 > SEEN * all as f64
     }
 
     fn check_triangles(&self, counts: &TriangleDefects, findings: &mut Vec<StressFinding>) {
@@ -272,8 +274,15 @@ impl UsedMesh<'_> {
                 .iter()
                 .filter(|object_facts| object_facts.surface_kind == SurfaceKind::Body)
         };
-        let seen_object_facts = bodies()
-            .find(|object_facts| self.is_fault_visible_on(&self.survey.unbalanced, object_facts));
+        // Through a seam pass a few rays without effect. Through a hole, a few rays are its pixels.
+        let has_holes = topology.open_edges.count > 0 && topology.seam.is_none();
+        let is_seen = |object_facts: &&&ObjectFacts<'_>| {
+            let index = object_facts.subject.list_index();
+            let unbalanced = RaySurvey::sighting_count(&self.survey.unbalanced, &index);
+            self.is_fault_visible_on(&self.survey.unbalanced, object_facts)
+                || has_holes && unbalanced > FEW_RAYS
+        };
+        let seen_object_facts = bodies().find(is_seen);
         let Some(&object_facts) = seen_object_facts.or(bodies().next()) else {
             return;
         };
@@ -302,63 +311,6 @@ impl UsedMesh<'_> {
             let remedy = "split the body there, or remove the walls inside it";
             let kind = (FindingCode::NonManifoldEdges, severity);
             findings.push(self.edge_finding(kind, object_facts, label, (reason, remedy)));
-        }
-    }
-
-    /// Finds triangles and closed parts with the wrong orientation. The severity depends on whether
-    /// the cameras see the effect.
-    fn check_orientation(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
-        let inside_out = topology.inverted_components();
-        if topology.flipped_triangles.count == 0 && inside_out.is_empty() {
-            return;
-        }
-        let is_wrong = |object_facts: &&&ObjectFacts<'_>| match object_facts.surface_kind {
-            // Rays leave a body before they enter it, but do so in pairs.
-            SurfaceKind::Body if !inside_out.is_empty() => {
-                self.is_fault_visible_on(&self.survey.sightings, object_facts)
-            }
-            SurfaceKind::Body => self.is_fault_visible_on(&self.survey.unbalanced, object_facts),
-            _ => {
-                object_facts.hides_back_faces()
-                    && self.is_fault_visible_on(&self.survey.hidden_backs_hit, object_facts)
-            }
-        };
-        let worst = self.objects.iter().find(is_wrong);
-        let Some(&object_facts) = worst.or(self.objects.first()) else {
-            return;
-        };
-        let severity = if worst.is_some() {
-            Severity::PictureWrong
-        } else {
-            Severity::Harmless
-        };
-        let reason = |label: &str| match (severity, object_facts.surface_kind) {
-            (Severity::PictureWrong, SurfaceKind::Body) => {
-                format!("{label}, so that glass bends light the wrong way there")
-            }
-            (Severity::PictureWrong, _) => {
-                format!("{label}, so that the camera sees through them")
-            }
-            _ => format!("{label}; both sides look alike, so that the fault is not visible"),
-        };
-        let remedy = "flip them in the modelling program (\"recalculate outside\")";
-        if topology.flipped_triangles.count > 0 {
-            let label = (&topology.flipped_triangles, "faced the other way than most");
-            let reason = reason("triangles are oriented differently from their neighbours");
-            let kind = (FindingCode::FlippedTriangles, severity);
-            findings.push(self.triangle_finding(kind, object_facts, label, (&reason, remedy)));
-        }
-        if !inside_out.is_empty() {
-            let tally = CountAndFirst {
-                count: inside_out.iter().map(|part| part.triangles).sum(),
-                some: inside_out.iter().map(|part| part.first).collect(),
-            };
-            let reason = reason("closed surfaces are oriented inwards");
-            let (kind, label) = (
-                (FindingCode::InsideOut, severity),
-                (&tally, "belong to these surfaces"),
-            );
-            findings.push(self.triangle_finding(kind, object_facts, label, (&reason, remedy)));
         }
     }
 }

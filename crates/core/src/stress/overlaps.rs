@@ -5,11 +5,15 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::coplanar::{CoplanarOverlap, DepthResolution, OverlapTable};
-use super::facts::{SceneFacts, finite_point};
+use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
 use super::numbers::{append_metre_unit, format_metres, format_rounded_up};
 use super::ray_survey::RaySurvey;
 use crate::settings::PrecisionChoice;
+
+/// Remedy for two bodies of glass that touch.
+pub(super) const TOUCHING_GLASS_REMEDY: &str =
+    "let one reach into the other and set a `priority` for the material of each";
 
 /// An object that other objects cover in an overlap.
 struct CoveredObject {
@@ -101,19 +105,25 @@ fn overlap_finding(
     let lies = match covered.gap {
         0.0 => format!("it lies in one plane with {others}"),
         gap => format!(
-            "it lies {} from {others}; there, the precision does not separate surfaces that are less than {} apart",
+            "it lies only {} from {others}, while the precision there separates surfaces that are {} or more apart",
             format_metres(gap),
             append_metre_unit(&format_rounded_up(minimum))
         ),
     };
     let elsewhere = RaySurvey::sighting_count(&survey.first_hits, &hidden).saturating_sub(own);
     let (code, severity, end) = overlap_verdict(covered, is_lost, elsewhere);
+    let are_glass = [hidden, covered.other]
+        .iter()
+        .all(|&object| scene_facts.objects[object].surface_kind == SurfaceKind::Body);
+    let separation = match are_glass {
+        true => TOUCHING_GLASS_REMEDY.to_owned(),
+        false => separation_remedy(minimum, covered.gap, resolution.precision),
+    };
     let remedy = match severity {
-        Severity::Harmless => format!(
-            "nothing, unless this object should be seen there: then {}",
-            separation_remedy(minimum, covered.gap, resolution.precision)
-        ),
-        _ => separation_remedy(minimum, covered.gap, resolution.precision),
+        Severity::Harmless => {
+            format!("nothing, unless this object should be seen there: then {separation}")
+        }
+        _ => separation,
     };
     let subject = scene_facts.objects[hidden].subject;
     let finding = StressFinding::new(code, severity, subject, lies + &end, remedy);
@@ -145,14 +155,14 @@ fn overlap_verdict(
             FindingCode::CoplanarSurfaces,
             Severity::PictureWrong,
             format!(
-                ", which {} of {rays} rays see in its place, and no ray sees this object elsewhere",
+                "; {} of {rays} rays see the other surface in its place, and no ray sees this object elsewhere",
                 rays - own
             ),
         ),
         (_, _, true, _) => (
             FindingCode::CoplanarSurfaces,
             Severity::PictureWrong,
-            ", and one of them emits light: the order of the objects in the file decides whether that light is seen there, and what it lights".to_owned(),
+            "; one of the two emits light, and the order of the objects in the file decides whether that light is seen there, and what it lights".to_owned(),
         ),
         (.., 0) => (
             FindingCode::CoplanarSurfaces,
@@ -163,7 +173,7 @@ fn overlap_verdict(
             FindingCode::CoplanarSurfaces,
             Severity::Harmless,
             format!(
-                "; the picture is right all the same: {own} of the {rays} rays that hit both show this one there, and {elsewhere} rays show it elsewhere"
+                "; the picture is right all the same: where the two overlap, {own} of {rays} rays see this object, and {elsewhere} rays see it elsewhere"
             ),
         ),
     }
@@ -177,5 +187,7 @@ pub(super) fn separation_remedy(minimum: f64, gap: f64, precision: PrecisionChoi
         _ => "",
     };
     let least = append_metre_unit(&format_rounded_up(minimum));
-    format!("move one of the two by {least} or more, or remove one{exact}")
+    format!(
+        "move the one that should be seen by {least} or more, to the side from which it should be seen, or remove the other{exact}"
+    )
 }

@@ -98,6 +98,12 @@ pub(crate) struct RaySurvey {
     pub coplanar: SightingCounts<[usize; 2]>,
     /// Rays whose first surface is a back that is hidden from the camera.
     pub hidden_backs_hit: SightingCounts<usize>,
+    /// Rays whose first surface is a triangle of a one-sided object with the wrong orientation:
+    /// flipped and hidden from the camera, flipped and visible, or of a part that is inside out and
+    /// hidden from the camera.
+    pub flipped_hidden: SightingCounts<usize>,
+    pub flipped_shown: SightingCounts<usize>,
+    pub inside_out_hidden: SightingCounts<usize>,
     /// Rays that hit a triangle whose vertex normals point to its opposite side.
     pub opposed_normals: SightingCounts<usize>,
     pub spawned_rays: u64,
@@ -124,6 +130,9 @@ impl RaySurvey {
             (&mut self.bodies_around_camera, other.bodies_around_camera),
             (&mut self.unbalanced, other.unbalanced),
             (&mut self.hidden_backs_hit, other.hidden_backs_hit),
+            (&mut self.flipped_hidden, other.flipped_hidden),
+            (&mut self.flipped_shown, other.flipped_shown),
+            (&mut self.inside_out_hidden, other.inside_out_hidden),
             (&mut self.opposed_normals, other.opposed_normals),
             (&mut self.self_hits, other.self_hits),
             (&mut self.starts_behind_surface, other.starts_behind_surface),

@@ -9,7 +9,10 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Surface, Vector};
 
 use super::RayDeadline;
 use super::coplanar::OverlapTable;
+use super::crossings::{RayCrossing, coincident_distance, record_unclosed_bodies};
 use super::facts::{SceneFacts, SurfaceKind, unit_random};
+use super::hidden_backs::SurfaceOnRay;
+use super::orientation::OrientationTable;
 use super::ray_survey::{RayPoint, RaySurvey, record_maximum, record_sighting};
 use super::values::{MaterialValueClass, classify_values};
 use crate::dispatch::PreparedSceneTask;
@@ -33,6 +36,7 @@ const STARTS: u64 = 2;
 pub(super) struct RaySurveyTask<'a> {
     pub scene_facts: &'a SceneFacts<'a>,
     pub overlaps: &'a OverlapTable,
+    pub orientations: &'a OrientationTable<'a>,
     pub size: [u32; 2],
     pub seed: u64,
     pub deadline: &'a RayDeadline<'a>,
@@ -50,18 +54,20 @@ fn survey_rays<R: Real>(prepared: &PreparedScene<R>, of: &RaySurveyTask<'_>) -> 
     let &RaySurveyTask {
         scene_facts,
         overlaps,
+        orientations,
         size,
         seed,
         deadline,
     } = of;
-    let looks_through = scene_facts
-        .objects
-        .iter()
-        .any(|object| object.surface_kind == SurfaceKind::Body);
+    let mut objects = scene_facts.objects.iter();
+    let looks_through = objects.any(|object| object.surface_kind == SurfaceKind::Body);
+    let mut objects = scene_facts.objects.iter();
     let walker = SurveyRayTracer {
         prepared,
         scene_facts,
         overlaps,
+        orientations,
+        has_one_sided: objects.any(|object| object.hides_back_faces()),
         size,
         seed,
         continues_behind_surfaces: looks_through,
@@ -91,21 +97,17 @@ fn survey_rays<R: Real>(prepared: &PreparedScene<R>, of: &RaySurveyTask<'_>) -> 
     survey
 }
 
-struct SurveyRayTracer<'a, R: Real> {
-    prepared: &'a PreparedScene<R>,
-    scene_facts: &'a SceneFacts<'a>,
+pub(super) struct SurveyRayTracer<'a, R: Real> {
+    pub prepared: &'a PreparedScene<R>,
+    pub scene_facts: &'a SceneFacts<'a>,
+    pub orientations: &'a OrientationTable<'a>,
+    /// Whether an object is hidden from one side.
+    pub has_one_sided: bool,
     overlaps: &'a OverlapTable,
     size: [u32; 2],
     seed: u64,
     /// Whether rays continue behind the second surface. Only in scenes with glass bodies.
     continues_behind_surfaces: bool,
-}
-
-/// A surface that a ray crosses.
-struct RayCrossing<R: Real> {
-    object: usize,
-    surface: Surface<R>,
-    enters: bool,
 }
 
 impl<R: Real> SurveyRayTracer<'_, R> {
@@ -312,6 +314,9 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         let mut hits: Vec<(usize, RayPoint)> = Vec::new();
         for step in 0..HITS {
             let Some(hit) = self.prepared.geometry.closest(ray, range, &mut ()) else {
+                if step == 0 {
+                    self.survey_hidden_backs(ray, index, None, survey);
+                }
                 return record_unclosed_bodies(&depths, &hits, survey);
             };
             range.min = hit.t;
@@ -321,11 +326,14 @@ impl<R: Real> SurveyRayTracer<'_, R> {
                 hits.push((crossing.object, seen));
                 record_sighting(&mut survey.sightings, crossing.object, seen);
             }
-            if step == 0
-                && !crossing.enters
-                && self.scene_facts.objects[crossing.object].hides_back_faces()
-            {
-                record_sighting(&mut survey.hidden_backs_hit, crossing.object, seen);
+            if step == 0 {
+                let surface = SurfaceOnRay {
+                    object: crossing.object,
+                    primitive: hit.primitive,
+                    point: seen,
+                };
+                let visible = Some((surface, crossing.enters));
+                self.survey_hidden_backs(ray, index, visible, survey);
             }
             if let Some(first) = before.as_ref().filter(|_| step == 1)
                 && let Some(apart) = coincident_distance(ray, first, &crossing)
@@ -363,39 +371,5 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             }
         }
         *depths.entry(crossing.object).or_insert(0) += if crossing.enters { 1 } else { -1 };
-    }
-}
-
-/// Returns the separation of two successive surfaces on a ray, in metres. Returns `None` if they
-/// belong to one object, or if their separation exceeds the error of the hits.
-fn coincident_distance<R: Real>(
-    ray: &Ray<R>,
-    first: &RayCrossing<R>,
-    second: &RayCrossing<R>,
-) -> Option<f64> {
-    let (a, b) = (&first.surface, &second.surface);
-    let [m, n] = [a.normal.to_f64(), b.normal.to_f64()];
-    let apart = (b.point.to_f64() - a.point.to_f64()).dot(m).abs();
-    let error = 2.0 * (a.error.to_f64() + b.error.to_f64());
-    let is_slanted = m.dot(ray.direction.to_f64()).abs() > 0.05;
-    let is_one = is_slanted && m.dot(n).abs() > 1.0 - 1e-6 && apart <= error;
-    (first.object != second.object && is_one).then_some(apart)
-}
-
-/// Records the bodies that a ray entered and left unequally often, at the end of the ray.
-fn record_unclosed_bodies(
-    depths: &BTreeMap<usize, i64>,
-    hits: &[(usize, RayPoint)],
-    survey: &mut RaySurvey,
-) {
-    for (&object, &depth) in depths.iter().filter(|(_, depth)| **depth != 0) {
-        let of = if depth == -1 {
-            &mut survey.bodies_around_camera
-        } else {
-            &mut survey.unbalanced
-        };
-        if let Some(&(_, seen)) = hits.iter().find(|(other, _)| *other == object) {
-            record_sighting(of, object, seen);
-        }
     }
 }

@@ -13,6 +13,7 @@ use super::facts::SceneFacts;
 use super::finding::{CheckRun, FindingSubject, StressFinding};
 use super::furnace::FurnaceAlbedo;
 use super::light_survey::{LightSurvey, LightSurveyTask};
+use super::orientation::OrientationTable;
 use super::ray_survey::RaySurvey;
 use super::rays::RaySurveyTask;
 use super::small_render::SmallRender;
@@ -49,7 +50,8 @@ pub(super) struct StressSession<'a> {
 /// Facts about a scene that are known before rays are traced.
 struct SceneData<'a> {
     scene_facts: &'a SceneFacts<'a>,
-    topologies: BTreeMap<usize, Topology>,
+    topologies: &'a BTreeMap<usize, Topology>,
+    orientations: OrientationTable<'a>,
     overlaps: OverlapTable,
     doubles: DuplicateObjects,
     resolution: &'a DepthResolution<'a>,
@@ -91,7 +93,8 @@ impl StressSession<'_> {
             scene_facts: &scene_facts,
             overlaps: coplanar::find_overlaps(&scene_facts, &topologies, &resolution),
             doubles: DuplicateObjects::from_scene(&scene_facts),
-            topologies,
+            orientations: OrientationTable::new(&topologies),
+            topologies: &topologies,
             resolution: &resolution,
         };
         check_cancelled(self.observer)?;
@@ -155,7 +158,7 @@ impl StressSession<'_> {
         let lights = lights.unwrap_or_default();
         let bodies = BodyChecks {
             scene_facts,
-            topologies: &data.topologies,
+            topologies: data.topologies,
             doubles: &data.doubles,
             survey: &survey,
             resolution: data.resolution,
@@ -170,7 +173,7 @@ impl StressSession<'_> {
         let mut findings = storage::check_storage(scene_facts, ready, &survey, views);
         findings.extend(meshes::check_meshes(
             scene_facts,
-            &data.topologies,
+            data.topologies,
             &survey,
             views,
         ));
@@ -256,7 +259,7 @@ impl StressSession<'_> {
             crop: None,
             camera: Some(view.data.clone()),
             sampling,
-            aovs: vec![Aov::Samples],
+            aovs: vec![Aov::Samples, Aov::Object],
             denoise: false,
             max_error: None,
             ..self.settings.clone()
@@ -276,13 +279,14 @@ impl StressSession<'_> {
         let survey = ready.run_task(&RaySurveyTask {
             scene_facts,
             overlaps: &data.overlaps,
+            orientations: &data.orientations,
             size,
             seed,
             deadline,
         });
         looks.aimed.push(ready.run_task(&AimedRayTask {
             scene_facts,
-            topologies: &data.topologies,
+            topologies: data.topologies,
             seed,
             deadline,
         }));

@@ -64,17 +64,19 @@ impl SmallRender {
             && !self.run.is_cut_short()
     }
 
-    /// Returns the mean radiance for each pixel that shows a surface: the sum over all pixels
-    /// except the brightest twentieth, divided by the number of such pixels.
+    /// Returns the mean radiance of the pixels that show a surface, without the brightest twentieth
+    /// of them. Pixels of the sky do not count.
     pub fn mean_radiance(&self) -> f64 {
+        let objects = self.picture.layer("object.id");
+        let shows_surface =
+            |&(pixel, _): &(usize, _)| objects.is_none_or(|layer| layer.samples[pixel] >= 0.0);
         let value = |pixel: &[f32; 3]| f64::from(pixel.iter().sum::<f32>()) / 3.0;
-        let mut values: Vec<f64> = self.picture.rgb.iter().map(value).collect();
+        let pixels = self.picture.rgb.iter().enumerate().filter(shows_surface);
+        let mut values: Vec<f64> = pixels.map(|(_, pixel)| value(pixel)).collect();
         values.retain(|value| value.is_finite());
         values.sort_unstable_by(f64::total_cmp);
         values.truncate(values.len() - values.len() / 20);
-        let (hits, samples) = (self.counters.hits, self.counters.samples);
-        let surfaces = values.len() as f64 * hits as f64 / samples.max(1) as f64;
-        values.iter().sum::<f64>() / surfaces.max(1.0)
+        values.iter().sum::<f64>() / values.len().max(1) as f64
     }
 
     /// Returns the centre of a pixel in a picture of another size, and the index of the camera.

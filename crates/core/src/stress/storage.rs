@@ -303,17 +303,22 @@ impl OutlierObject {
 /// of the objects, or at most as many as no camera has in view.
 fn find_outliers(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<OutlierObject> {
     const FEWEST: usize = 3;
+    const FEWEST_WITH_ONE_SHOWN: usize = 2;
     let bounded: Vec<(usize, Aabb)> = scene_facts
         .objects
         .iter()
         .enumerate()
         .filter_map(|(index, object_facts)| Some((index, object_facts.bounds?)))
         .collect();
-    if bounded.len() < FEWEST {
-        return Vec::new();
-    }
     let is_shown = |(_, bounds): &&(usize, Aabb)| is_box_in_view(views, bounds);
     let shown: Vec<(usize, Aabb)> = bounded.iter().filter(is_shown).copied().collect();
+    let fewest = match shown.len() {
+        1 => FEWEST_WITH_ONE_SHOWN,
+        _ => FEWEST,
+    };
+    if bounded.len() < fewest {
+        return Vec::new();
+    }
     let inner = if shown.is_empty() { &bounded } else { &shown };
     let median = |axis: usize| {
         let mut centres: Vec<f64> = inner

@@ -8,7 +8,9 @@ mod light;
 mod meshes;
 mod places;
 mod shells;
+mod sides;
 mod strays;
+mod touching;
 
 use raywright_core::scene::Scene;
 use raywright_core::stress::{

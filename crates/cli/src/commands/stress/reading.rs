@@ -83,7 +83,7 @@ fn add_dropped_triangles(
                 let (code, severity) = (FindingCode::DroppedTriangles, Severity::PictureWrong);
                 let finding =
                     StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy);
-                findings.push(finding.with_count(count, 0, "triangles", "had to be left out"));
+                findings.push(finding.with_count(count, 0, "triangles", "missing in the picture"));
             }
         }
     }

@@ -178,6 +178,20 @@ fn a_black_picture_names_its_cover() {
     }
 }
 
+/// Protects: if a sky by an expression leaves the picture black, the sky is the cause: samples may
+/// miss a small bright place. The remedy is not to add a sky.
+#[test]
+fn a_black_picture_under_a_sky_with_a_tiny_sun() {
+    let dark = scene(
+        &json!({ "sky": { "expression": "1e9 * step(0.9999999, dot(d, normalize([1, 2, 1])))" } }),
+    );
+    let finding = alone(&dark, FindingCode::BlackPicture, PictureWrong);
+    assert!(
+        finding.reason.contains("`expression`") && finding.remedy.contains("`suns`"),
+        "{finding:?}"
+    );
+}
+
 /// Protects: if no triangle of the only mesh has an area, this is reported as the cause, with a
 /// remedy.
 #[test]
@@ -222,7 +236,7 @@ fn coplanar_surfaces_give_the_number_that_decides() {
     let reason = &harmless[0].reason;
     assert!(
         !reason.contains("decides")
-            && reason.contains("show this one there")
+            && reason.contains("rays see this object")
             && reason.contains("elsewhere"),
         "{reason}"
     );
@@ -230,7 +244,9 @@ fn coplanar_surfaces_give_the_number_that_decides() {
     let wrong = found(&of(5.0, 0.0), FindingCode::CoplanarSurfaces);
     assert_eq!(wrong[0].severity, PictureWrong, "{wrong:?}");
     assert!(
-        wrong[0].reason.contains("rays see in its place"),
+        wrong[0]
+            .reason
+            .contains("rays see the other surface in its place"),
         "{wrong:?}"
     );
 }

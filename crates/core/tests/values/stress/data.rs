@@ -237,6 +237,17 @@ fn skies() {
         SlowOrNoisy,
         &[],
     );
+    // A quarter of the top row covers 0.4 ten-thousandths of the sky, a quarter of the top two rows
+    // 1.5. The weight of a row is that of its centre.
+    for (rows, is_found) in [(1, true), (2, false)] {
+        let top = |i: u32| match i % 256 < 64 && i / 256 < rows {
+            true => [60000.0; 4],
+            false => varied(i),
+        };
+        let all = summarise_findings(&under(linear(256, top))).findings;
+        let found = all.iter().any(|f| f.code == FindingCode::SkySpikes);
+        assert_eq!(found, is_found, "{rows}: {all:?}");
+    }
     let hole = |i: u32| {
         if i == 9000 {
             [f32::INFINITY; 4]

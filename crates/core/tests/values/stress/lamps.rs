@@ -137,6 +137,22 @@ fn lamps_of_generators_are_counted() {
     assert_eq!((finding.count, finding.of), (6, 6), "{finding:?}");
 }
 
+/// Protects: the remedy for a lamp below a pixel is no entry in `lights` if the lamp is inside
+/// glass, where no path can hit such a light.
+#[test]
+fn a_mote_in_glass_is_not_to_be_a_light() {
+    let of = |material: &str| {
+        let motes = scene(&json!({
+            "materials": with_lamp(0.01),
+            "objects": [floor(), object("mote", ball([0.0, 0.7, 0.0], 1e-3), "lamp"), object("globe", ball([0.0, 0.7, 0.0], 0.3), material)],
+        }));
+        expect_finding(&motes, FindingCode::LampBelowPixel, SlowOrNoisy, &[])
+    };
+    let [in_glass, in_paint] = ["glass", "paint"].map(|material| of(material).remedy);
+    assert!(!in_glass.contains("`lights`"), "{in_glass}");
+    assert!(in_paint.contains("`lights`"), "{in_paint}");
+}
+
 /// Protects: a bulb in a glass globe is noisy if it lights the scene. It is not reported if it adds
 /// next to nothing to the sky's light, even though no path hits it.
 #[test]
@@ -185,7 +201,8 @@ fn a_lamp_beside_glass_is_not_within_it() {
     let finding = expect_finding(&lit, FindingCode::LightByChance, SlowOrNoisy, &[]);
     assert!(!finding.reason.contains("glass around"), "{finding:?}");
     assert!(
-        finding.remedy.contains("make objects[2] `spark` larger"),
+        finding.remedy.contains("make objects[2] `spark` larger")
+            && !finding.remedy.contains("rough"),
         "{finding:?}"
     );
     assert_eq!(finding.place, Some([0.5, 1.2, 0.5].into()), "{finding:?}");
@@ -267,7 +284,9 @@ fn a_black_picture_by_a_panel_that_is_turned() {
     }));
     let finding = alone(&dark, FindingCode::BlackPicture, PictureWrong);
     assert!(
-        finding.reason.contains("`panel` is turned away")
+        finding
+            .reason
+            .contains("`panel` is without effect; this lamp emits from one side only")
             && finding.remedy.contains("turn it over"),
         "{finding:?}"
     );

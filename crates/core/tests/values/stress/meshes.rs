@@ -37,7 +37,7 @@ fn with_cube(mesh: Value, material: &str, side: &str) -> Scene {
     )
 }
 
-fn plain(
+pub(super) fn plain(
     change: impl FnOnce(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>),
     material: &str,
     side: &str,

@@ -118,6 +118,19 @@ fn what_is_far_out_is_the_outlier() {
     assert!(finding.reason.contains("metres"), "{}", finding.reason);
 }
 
+/// Protects: of a distant object and the only object in view, the distant one is reported, not the
+/// size of the scene or of the near object.
+#[test]
+fn of_two_objects_the_one_out_of_view_is_the_outlier() {
+    let of = scene(&json!({ "objects": [
+        object("near", ball([0.0; 3], 1.0), "paint"),
+        object("far", ball([3e7, 0.0, 0.0], 0.5), "other"),
+    ] }));
+    let finding = one(&of, FindingCode::ExtremeScale);
+    assert_eq!(finding.subject, FindingSubject::Object(1), "{finding:?}");
+    assert!(finding.others.is_empty(), "{finding:?}");
+}
+
 /// Protects: a rug is reported, with its distance from the floor, if rounding cannot separate the
 /// two. Shapes and meshes behave alike. In double precision nothing is reported.
 #[test]
@@ -164,7 +177,10 @@ fn a_rug_that_is_too_near() {
             "{y}: {findings:?}"
         );
         assert!(
-            findings[0].remedy.contains("metres"),
+            findings[0].remedy.contains("metres")
+                && findings[0]
+                    .remedy
+                    .contains("to the side from which it should be seen"),
             "{}",
             findings[0].remedy
         );

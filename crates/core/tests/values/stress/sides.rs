@@ -1,0 +1,115 @@
+//! Objects that are hidden from one side, and cameras inside a body.
+
+use super::light::with_lamp;
+use super::meshes::plain;
+use super::*;
+
+type Positions = Vec<[f64; 3]>;
+type Triangles = Vec<[u32; 3]>;
+
+/// Flips triangles of a cube: all of them, those of the front, or those of the back.
+fn flip(range: core::ops::Range<usize>) -> impl Fn(&mut Positions, &mut Triangles) + Copy {
+    let (start, end) = (range.start, range.end);
+    move |_, triangles| triangles[start..end].iter_mut().for_each(|t| t.swap(1, 2))
+}
+
+fn with_pose(mut scene: Scene, eye: [f64; 3], target: [f64; 3]) -> Scene {
+    let pose = json!({ "look_at": { "eye": eye, "target": target } });
+    scene.cameras[0].pose = serde_json::from_value(pose).expect("a pose");
+    scene
+}
+
+/// Protects: flipped triangles of a one-sided mesh make the picture wrong if a camera looks through
+/// them, or sees them where their neighbours are hidden. Elsewhere they are harmless, and the
+/// reason does not say that both sides look alike.
+#[test]
+fn flipped_triangles_of_one_sided_meshes() {
+    let (front, back) = (flip(10..12), flip(8..10));
+    let code = FindingCode::FlippedTriangles;
+    for (change, side, severity, words) in [
+        (
+            front,
+            "outside",
+            PictureWrong,
+            "the camera sees through them",
+        ),
+        (
+            front,
+            "culled",
+            PictureWrong,
+            "the camera sees through them",
+        ),
+        (
+            front,
+            "inside",
+            PictureWrong,
+            "where their neighbours are hidden",
+        ),
+    ] {
+        let finding = alone(&plain(change, "paint", side), code, severity);
+        assert!(finding.reason.contains(words), "{side}: {finding:?}");
+    }
+    for side in ["outside", "culled"] {
+        let finding = alone(&plain(back, "paint", side), code, Harmless);
+        assert!(!finding.reason.contains("both sides"), "{finding:?}");
+    }
+}
+
+/// Protects: an inverted cube makes the picture wrong if its visible sides are turned away from the
+/// camera, and is harmless if they face the camera. `side` decides which sides are visible.
+#[test]
+fn inverted_one_sided_meshes() {
+    let code = FindingCode::InsideOut;
+    let of = |side: &str| plain(flip(0..12), "paint", side);
+    for side in ["outside", "culled"] {
+        let finding = alone(&of(side), code, PictureWrong);
+        assert!(finding.reason.contains("sees through"), "{finding:?}");
+    }
+    let finding = alone(&of("inside"), code, Harmless);
+    assert!(!finding.reason.contains("both sides"), "{finding:?}");
+    let within = |side: &str| with_pose(of(side), [0.0, 0.0, 0.3], [2.5, 0.0, -1.0]);
+    expect_finding(&within("inside"), code, PictureWrong, &[]);
+    let all = summarise_findings(&within("outside")).findings;
+    let found = all.iter().find(|finding| finding.code == code);
+    assert_eq!(found.map(|finding| finding.severity), Some(Harmless));
+}
+
+/// Protects: a camera that sees nothing, as it looks at the hidden side of an object, is told so.
+/// Turning the camera would not help.
+#[test]
+fn a_camera_behind_one_sided_walls() {
+    for side in ["outside", "culled"] {
+        let mut cube = with_pose(
+            plain(|_, _| {}, "paint", side),
+            [0.0, 0.0, 0.3],
+            [0.0, 0.0, -1.0],
+        );
+        let finding = expect_finding(&cube, FindingCode::NothingSeen, PictureWrong, &[]);
+        assert!(
+            finding.reason.contains("objects[0] `cube`")
+                && finding.remedy.starts_with("set `side = \"both\"`"),
+            "{finding:?}"
+        );
+        cube.objects[0].side = raywright_core::scene::SideRule::Both;
+        let all = summarise_findings(&cube).findings;
+        let is_nothing = |finding: &StressFinding| finding.code == FindingCode::NothingSeen;
+        assert!(!all.iter().any(is_nothing), "{all:?}");
+    }
+}
+
+/// Protects: a camera in a ball on an endless ground is inside a body, and its black picture is not
+/// reported beside that. A luminous dome over an endless ground is the sky of its scene.
+#[test]
+fn a_camera_in_a_ball_on_a_plane() {
+    let of = |radius: f64, material: &str| {
+        let floor = json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } });
+        let of = scene(&json!({
+            "materials": with_lamp(1.0),
+            "objects": [object("floor", floor, "paint"), object("shell", ball([0.0; 3], radius), material)],
+        }));
+        with_pose(of, [0.0, 0.2, 0.0], [0.0, 1.5, -3.0])
+    };
+    let finding = alone(&of(1.0, "paint"), FindingCode::CameraInBody, PictureWrong);
+    assert!(finding.reason.contains("objects[1] `shell`"), "{finding:?}");
+    assert_eq!(listed(&summarise_findings(&of(50.0, "lamp")).findings), []);
+}
