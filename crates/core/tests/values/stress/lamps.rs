@@ -208,6 +208,22 @@ fn a_lamp_beside_glass_is_not_within_it() {
     assert_eq!(finding.place, Some([0.5, 1.2, 0.5].into()), "{finding:?}");
 }
 
+/// Protects: noise is judged against the light of the surfaces in view. A bright sky around them
+/// does not count.
+#[test]
+fn a_bright_sky_hides_no_noise_of_surfaces() {
+    let table = quad([-1.0, -1.0, 1.0], [2.5, 0.0, 0.0], [0.0, 0.0, -2.5]);
+    let mut lit = scene(&json!({
+        "materials": with_lamp(6000.0), "sky": { "constant": 3 },
+        "render": { "size": [160, 90], "samples": 16, "integrator": "path" },
+        "objects": [object("table", table, "paint"), object("globe", ball([0.0, 0.2, 0.0], 1.1), "glass"),
+                    object("spark", ball([1.3, 1.2, 0.5], 0.003), "lamp")],
+    }));
+    let pose = json!({ "look_at": { "eye": [0.5, 1.5, 9], "target": [0, 0, 0] } });
+    lit.cameras[0].pose = serde_json::from_value(pose).expect("a pose");
+    expect_finding(&lit, FindingCode::LightByChance, SlowOrNoisy, &[]);
+}
+
 /// Protects: the budget ends the rays of the lights, and the lights that were left out are counted.
 #[test]
 fn lights_end_with_the_budget() {
