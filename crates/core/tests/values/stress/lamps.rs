@@ -205,7 +205,7 @@ fn a_lamp_beside_glass_is_not_within_it() {
             && !finding.remedy.contains("rough"),
         "{finding:?}"
     );
-    assert_eq!(finding.place, Some([0.5, 1.2, 0.5].into()), "{finding:?}");
+    assert_eq!(finding.place, Some([0.5, 1.2, 0.5]), "{finding:?}");
 }
 
 /// Protects: noise is judged against the light of the surfaces in view. A bright sky around them
