@@ -166,6 +166,12 @@ impl ReadyScene {
         is_turned
     }
 
+    /// Changes the greatest number of segments of a path. No prepared data depend on numbers from 2
+    /// on.
+    pub(crate) fn set_max_depth(&mut self, max_depth: u32) {
+        self.settings.max_depth = max_depth;
+    }
+
     /// Runs a task on the prepared scene, in its precision.
     pub(crate) fn run_task<W: PreparedSceneTask>(&self, work: &W) -> W::Output {
         each!(&self.prepared, p => work.run(p))

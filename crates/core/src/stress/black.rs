@@ -8,10 +8,11 @@ use super::small_render::SmallRender;
 use crate::scene::Sky;
 
 /// Findings that can explain a black picture, in the order in which they are tried.
-const CAUSES: [FindingCode; 3] = [
+const CAUSES: [FindingCode; 4] = [
     FindingCode::UnreachedLight,
     FindingCode::LightInSurface,
     FindingCode::LightMissesScene,
+    FindingCode::LightByChance,
 ];
 
 /// Adds a finding for each black picture, and removes the findings about lights that explain it.
@@ -95,6 +96,7 @@ fn black_picture_cause_texts(
         let first = of_code(code).next()?;
         let what = match code {
             FindingCode::LightInSurface => " in the surface to be lit",
+            FindingCode::LightByChance => " hit by none of the few samples of this check",
             _ => " without effect",
         };
         let reason = format!(

@@ -20,6 +20,9 @@ const SEEN: f64 = 0.02;
 /// The same share for bodies that are open or touch. Touching faces that few rays cross have no
 /// visible effect.
 const OPEN: f64 = 0.05;
+/// The same share for overlapping copies of a generator. A few of many copies at random positions
+/// always overlap, with hardly any visible effect.
+const COPIES: f64 = 0.1;
 /// Share of all rays that start at surfaces above which a fault shows in the picture.
 const OF_ALL: f64 = 0.002;
 
@@ -144,7 +147,8 @@ impl BodyChecks<'_> {
         }
         let is_seen = |(pair, sighting): &(&[usize; 2], &SightingCount)| {
             let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &pair[1]);
-            let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * hit_count as f64;
+            let seen = if pair[0] == pair[1] { COPIES } else { SEEN };
+            let is_few = sighting.count < 3 || (sighting.count as f64) < seen * hit_count as f64;
             !is_few && !self.doubles.are_duplicates(**pair)
         };
         let seen: Vec<_> = self.survey.nested.iter().filter(is_seen).collect();
@@ -164,8 +168,12 @@ impl BodyChecks<'_> {
             1 => ", and one more body overlaps another".to_owned(),
             more => format!(", and {more} more bodies overlap others"),
         };
+        let place = match outer == inner {
+            true => "copies of this generator overlap each other".to_owned(),
+            false => format!("this glass body is inside {around} or overlaps it"),
+        };
         let reason = format!(
-            "this glass body is inside {around} or overlaps it{more}; each boundary then bends light as if there were air between the two"
+            "{place}{more}; each boundary then bends light as if there were air between the two"
         );
         let material = |object: usize| self.scene_facts.objects[object].material.map(|m| m.0);
         let remedy = match material(outer) == material(inner) {
@@ -179,7 +187,10 @@ impl BodyChecks<'_> {
         let finding = self.wrong_picture_finding(FindingCode::NestedGlass, inner, reason, remedy);
         let finding = if others.is_empty() {
             let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &inner);
-            let predicate = "that enter it were inside the other body";
+            let predicate = match outer == inner {
+                true => "that hit one were inside another copy",
+                false => "that enter it were inside the other body",
+            };
             finding.with_count(sighting.count, hit_count, "rays", predicate)
         } else {
             let all = &self.scene_facts.objects;

@@ -1,10 +1,11 @@
 //! Noise of lamps and suns that are only hit by chance: by paths that continue from mirrors or
 //! glass and cannot sample the light directly.
 
+use super::emission_peaks::UnevenLamp;
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use super::light_survey::LightSurvey;
-use super::numbers::format_metres;
+use super::light_survey::{Lamp, LightSurvey};
+use super::numbers::{format_decimal, format_metres};
 use super::small_render::SmallRender;
 use crate::counters::Counters;
 use crate::scene::Sky;
@@ -15,6 +16,9 @@ const ENOUGH: u64 = 1000;
 const NOISY: f64 = 0.3;
 /// Share of the picture's radiance below which light found by chance is ignored.
 const SHARE: f64 = 0.01;
+/// Least variance of a lamp's radiance over its surface, in units of the squared mean, of an uneven
+/// lamp: as if its light came from a twentieth of its area.
+const UNEVEN: f64 = 20.0;
 /// Number added to the counted hits, for an upper bound. Without any hit, the expected number is
 /// below 3 with 95 % confidence (the rule of three).
 const UNSEEN: u64 = 3;
@@ -51,18 +55,43 @@ impl LightByChanceNoise<'_> {
         chance * ratio >= SHARE && noise >= NOISY
     }
 
-    /// Returns a finding about a lamp inside glass that no path of a picture hit. Returns `None` if
-    /// the lamp can contribute next to nothing.
-    pub fn check_enclosed_lamp(
-        &self,
-        picture: &SmallRender,
-        lamp: usize,
-        glass: usize,
-    ) -> Option<StressFinding> {
-        let mut lamps = self.survey.lamps.iter();
-        let radiance = lamps.find(|entry| entry.object == lamp)?.radiance;
-        let finding = || enclosed_light_finding(self.scene_facts, lamp, glass);
-        self.is_light_noticeable(picture, radiance, 0).then(finding)
+    /// Returns findings about lamps inside glass whose light is noticeable and noisy in the first
+    /// picture. The light is that which the lamp would send without the glass: the paths that hit
+    /// the lamp may be too few to tell.
+    pub fn check_enclosed_lamps(&self, pictures: &[SmallRender]) -> Vec<StressFinding> {
+        let Some(picture) = pictures.first() else {
+            return Vec::new();
+        };
+        let mean = picture.mean_radiance();
+        let samples = f64::from(self.samples_per_pixel.max(1));
+        let finding = |lamp: &Lamp| {
+            let share = lamp.arriving / (lamp.arriving + mean);
+            // Paths that hit the target of the lamp's size bring the lamp's radiance.
+            let chance = (lamp.target_ratio * lamp.arriving / lamp.radiance).min(1.0);
+            let noise = share / (chance * samples).sqrt();
+            let is_told = share >= SHARE && noise >= NOISY;
+            let finding = |glass| enclosed_light_finding(self.scene_facts, lamp.object, glass);
+            lamp.glass.filter(|_| is_told).map(finding)
+        };
+        self.survey.lamps.iter().filter_map(finding).collect()
+    }
+
+    /// Returns findings about lamps most of whose light comes from a small part of their surface, if
+    /// it is noticeable and noisy in the first picture.
+    pub fn check_uneven_lamps(&self, pictures: &[SmallRender]) -> Vec<StressFinding> {
+        let mean = pictures.first().map_or(0.0, SmallRender::mean_radiance);
+        let samples = f64::from(self.samples_per_pixel.max(1));
+        let finding = |lamp: &UnevenLamp| {
+            let share = lamp.arriving / (lamp.arriving + mean);
+            let noise = share * (lamp.variance / samples).sqrt();
+            let is_told = lamp.variance >= UNEVEN && share >= SHARE && noise >= NOISY;
+            is_told.then(|| uneven_lamp_finding(self.scene_facts, lamp))
+        };
+        self.survey
+            .uneven_lamps
+            .iter()
+            .filter_map(finding)
+            .collect()
     }
 
     /// Returns the finding for the scene's kind of light: a lamp inside glass, other lamps, a
@@ -140,5 +169,19 @@ fn enclosed_light_finding(
     let at = object_facts
         .bounds
         .and_then(|bounds| finite_point(bounds.centre()));
+    new_light_by_chance_finding(object_facts.subject, reason, remedy).with_place(at)
+}
+
+/// Returns the finding about a lamp that shines from a small part of its surface.
+fn uneven_lamp_finding(scene_facts: &SceneFacts<'_>, lamp: &UnevenLamp) -> StressFinding {
+    let object_facts = &scene_facts.objects[lamp.object];
+    let area = format_decimal(100.0 * lamp.half_light_area);
+    let reason = format!(
+        "{area} % of its surface emit half of its light, and samples of the lamp are spread evenly over the surface: they hit the bright part only by chance"
+    );
+    let remedy =
+        "make the bright part a lamp of its own with even `emission`, or render with more --spp";
+    let bounds = object_facts.bounds;
+    let at = bounds.and_then(|bounds| finite_point(bounds.centre()));
     new_light_by_chance_finding(object_facts.subject, reason, remedy).with_place(at)
 }

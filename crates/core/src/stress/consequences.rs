@@ -17,7 +17,7 @@ enum ConsequentFindingScope {
 }
 
 /// Codes of causes, each with the codes that follow from it.
-const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 12] = [
+const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 17] = [
     (
         FindingCode::LightBehindGlass,
         ConsequentFindingScope::Scene,
@@ -82,6 +82,31 @@ const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 12] 
         FindingCode::LightMissesScene,
         ConsequentFindingScope::Subject,
         &[FindingCode::UnreachedLight],
+    ),
+    (
+        FindingCode::NestedGlass,
+        ConsequentFindingScope::Scene,
+        &[FindingCode::DepthBelowGlass],
+    ),
+    (
+        FindingCode::OpenBody,
+        ConsequentFindingScope::Subject,
+        &[FindingCode::DepthBelowGlass],
+    ),
+    (
+        FindingCode::OpenEdges,
+        ConsequentFindingScope::Subject,
+        &[FindingCode::DepthBelowGlass],
+    ),
+    (
+        FindingCode::InsideOut,
+        ConsequentFindingScope::Subject,
+        &[FindingCode::DepthBelowGlass],
+    ),
+    (
+        FindingCode::FlippedTriangles,
+        ConsequentFindingScope::Subject,
+        &[FindingCode::DepthBelowGlass],
     ),
 ];
 

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::facts::{ObjectFacts, SceneFacts};
 use super::topology::Topology;
+use crate::motion::shutter_interval;
 use crate::scene::Shape;
 
 /// Number of sides of the polygon that approximates a disk.
@@ -37,7 +38,7 @@ impl FlatFace {
     }
 }
 
-/// Returns the flat faces of an object at rest. A mesh has none if it has too many triangles.
+/// Returns the flat faces of an object that rests while the shutter is open. A mesh has none if it has too many triangles.
 /// `room` is the number of triangles that may still be added.
 pub(super) fn find_flat_faces(
     object: usize,
@@ -46,7 +47,9 @@ pub(super) fn find_flat_faces(
     room: &mut usize,
 ) -> Vec<FlatFace> {
     let object_facts = &scene_facts.objects[object];
-    if object_facts.object.transform_end.is_some() {
+    let camera = scene_facts.scene.cameras.first();
+    let is_open_for_a_time = camera.is_some_and(|camera| shutter_interval(camera).is_some());
+    if object_facts.object.transform_end.is_some() && is_open_for_a_time {
         return Vec::new();
     }
     let found = match object_facts.object.shape {

@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::transform_bounds;
-use raywright_bvh::{Aabb, Shape as _};
+use raywright_bvh::{Aabb, Motion, Shape as _};
 
 use super::finding::FindingSubject;
 use crate::affine::affine_from_steps;
 use crate::generate::{count_generated_objects, generator_offsets};
 use crate::lookup::SceneLookup;
+use crate::motion::{object_transforms_at_ends, shutter_opening};
 use crate::scene::{AlphaMode, Material, MaterialModel, MeshData, Object, Scene, Shape, SideRule};
 use crate::shape::convert_shape;
 
@@ -60,7 +61,8 @@ pub(crate) struct ObjectFacts<'a> {
     /// The material, with its index in the scene's list.
     pub material: Option<(usize, &'a Material)>,
     pub surface_kind: SurfaceKind,
-    /// Transform from object to world space; for a generator, that of its first object.
+    /// Transform from object to world space when the first camera's shutter opens; for a generator,
+    /// that of its first object.
     pub object_to_world: DAffine3,
     /// World-space bounding box of the object, or of a generator's first object. `None` if
     /// unbounded.
@@ -108,12 +110,13 @@ impl<'a> SceneFacts<'a> {
             (&generator.object, first.unwrap_or_default())
         });
         let mut meshes = BTreeMap::new();
+        let opening = scene.cameras.first().map_or(0.0, shutter_opening);
         let mut object_facts = |(index, (object, position)): (usize, (&'a Object, DVec3))| {
             let material = lookup.material(&object.material);
             let matter = material.map_or(SurfaceKind::Opaque, |(_, material)| {
                 SurfaceKind::from_material(material)
             });
-            let map = DAffine3::from_translation(position) * affine_from_steps(&object.transform);
+            let map = DAffine3::from_translation(position) * transform_at(object, opening);
             ObjectFacts {
                 object,
                 subject: FindingSubject::Object(index),
@@ -229,6 +232,15 @@ pub(super) fn largest_extent(bounds: &Aabb) -> f64 {
         0.0
     } else {
         bounds.extent().max_element()
+    }
+}
+
+/// Returns an object's transform at a time in [0, 1].
+fn transform_at(object: &Object, time: f64) -> DAffine3 {
+    let motion = object_transforms_at_ends(object).and_then(|ends| Motion::new(ends).ok());
+    match motion {
+        Some(motion) => motion.map_at(time),
+        None => affine_from_steps(&object.transform),
     }
 }
 

@@ -114,6 +114,8 @@ codes! {
     NothingSeen = "nothing-seen";
     /// A picture in which every visible surface is black.
     BlackPicture = "black-picture";
+    /// A picture that the display shows as black or as white nearly everywhere.
+    BadExposure = "bad-exposure";
     /// Pixels brighter than every light.
     BrighterThanLights = "brighter-than-lights";
     /// Light that paths find only by chance, by way of mirrors and glass.

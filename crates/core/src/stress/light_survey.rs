@@ -3,13 +3,14 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use raywright_bvh::{Aabb, Hit, Interval, Ray, Real, Vector};
+use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::RayDeadline;
 use super::directions::directions_in_cone;
-use super::enclosing_glass::GlassBodies;
+use super::emission_peaks::UnevenLamp;
 use super::facts::{SceneFacts, SurfaceKind};
 use super::finding::CheckRun;
+use super::light_walks::{WalkResult, walk_count};
 use crate::dispatch::PreparedSceneTask;
 use crate::prepare::PreparedScene;
 use crate::scene::{Colour, Light, LightKind, MaterialModel};
@@ -33,8 +34,6 @@ const HITS: usize = 64;
 const IN_SURFACE: f64 = 1e-6;
 /// Share of a ray's length at both ends within which surfaces do not block it.
 const NEAR: f64 = 1e-4;
-/// Greatest number of lamps around which a body of glass is looked for.
-const LAMPS: usize = 1000;
 /// Number of sampled directions from which the greatest radiance of the sky is found.
 const SKY_DIRECTIONS: usize = 256;
 
@@ -57,6 +56,7 @@ pub(super) struct LightReach {
     pub rays_through_glass: u64,
     /// The first glass object that blocked a ray.
     pub glass: Option<usize>,
+    pub walks: WalkResult,
 }
 
 /// An emissive object.
@@ -73,17 +73,23 @@ pub(super) struct Lamp {
     pub eye_distance: f64,
     /// Object of the body of glass around it.
     pub glass: Option<usize>,
+    /// Only for a lamp in glass: mean radiance that the surfaces which the first camera sees would
+    /// reflect of its light without the glass, and the area that paths have to hit, in multiples of the lamp's own.
+    pub arriving: f64,
+    pub target_ratio: f64,
+    pub walks: WalkResult,
 }
 
 /// Survey of the lights, for a single camera or for several.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightSurvey {
-    /// The first lights of the scene's list, in order. A light that the deadline left out has a result
-    /// without rays.
+    /// The first lights of the scene's list, in order; without rays if the deadline left one out.
     pub lights: Vec<LightReach>,
     /// Number of lights from which rays were sent, for the first camera.
     pub surveyed: u64,
     pub lamps: Vec<Lamp>,
+    /// For the first camera.
+    pub uneven_lamps: Vec<UnevenLamp>,
     /// Greatest radiance among directions sampled by the sky's brightness, the mean of three
     /// channels.
     pub max_sky_radiance: f64,
@@ -93,16 +99,18 @@ impl LightSurvey {
     /// Adds the survey of another camera.
     #[must_use]
     pub fn combine(mut self, other: Self) -> Self {
-        if self.lights.is_empty() && self.lamps.is_empty() {
+        if self.lights.is_empty() && self.lamps.is_empty() && self.uneven_lamps.is_empty() {
             return other;
         }
         for (own, other) in self.lights.iter_mut().zip(other.lights) {
             own.unblocked_rays += other.unblocked_rays;
             own.rays_through_glass += other.rays_through_glass;
             own.glass = own.glass.or(other.glass);
+            own.walks.combine(other.walks);
         }
         for (own, other) in self.lamps.iter_mut().zip(other.lamps) {
             own.eye_distance = own.eye_distance.min(other.eye_distance);
+            own.walks.combine(other.walks);
         }
         self
     }
@@ -144,9 +152,11 @@ impl PreparedSceneTask for LightSurveyTask<'_> {
             prepared,
             scene_facts: self.scene_facts,
             eye: self.eye,
+            deadline: self.deadline,
         };
         let lights = &self.scene_facts.scene.lights;
-        let seen = match lights.is_empty() {
+        let mut objects = self.scene_facts.objects.iter();
+        let seen = match lights.is_empty() && !objects.any(|object| object.emits_light()) {
             true => Vec::new(),
             false => tracer.visible_points(self.size),
         };
@@ -154,28 +164,33 @@ impl PreparedSceneTask for LightSurveyTask<'_> {
         let survey = |light: &Light| match light.colour {
             _ if self.deadline.has_passed() => None,
             Colour::BLACK => Some(LightReach::default()),
-            _ => Some(tracer.survey_light(&light.kind, count, &seen)),
+            _ => Some(LightReach {
+                walks: tracer.walk_from_light(&light.kind, walk_count(lights.len()), &seen),
+                ..tracer.survey_light(&light.kind, count, &seen)
+            }),
         };
         let lights: Vec<Option<LightReach>> = lights.par_iter().take(LIGHTS).map(survey).collect();
         LightSurvey {
             surveyed: lights.iter().flatten().count() as u64,
             lights: lights.into_iter().map(Option::unwrap_or_default).collect(),
-            lamps: tracer.measure_lamps(),
+            lamps: tracer.measure_lamps(&seen),
+            uneven_lamps: tracer.measure_uneven_lamps(&seen),
             max_sky_radiance: tracer.max_sky_radiance(),
         }
     }
 }
 
-struct LightTracer<'a, R: Real> {
-    prepared: &'a PreparedScene<R>,
-    scene_facts: &'a SceneFacts<'a>,
-    eye: DVec3,
+pub(super) struct LightTracer<'a, R: Real> {
+    pub prepared: &'a PreparedScene<R>,
+    pub scene_facts: &'a SceneFacts<'a>,
+    pub eye: DVec3,
+    pub deadline: &'a RayDeadline<'a>,
 }
 
 /// A surface point that the camera sees. The normal points to the camera's side.
-struct VisiblePoint {
-    position: DVec3,
-    normal: DVec3,
+pub(super) struct VisiblePoint {
+    pub position: DVec3,
+    pub normal: DVec3,
 }
 
 /// Object that blocks a ray to a light. Glass blocks it only if no opaque object does.
@@ -185,7 +200,7 @@ enum Obstacle {
 }
 
 impl<R: Real> LightTracer<'_, R> {
-    fn closest(&self, from: DVec3, direction: DVec3, [min, max]: [f64; 2]) -> Option<Hit<R>> {
+    pub fn closest(&self, from: DVec3, direction: DVec3, [min, max]: [f64; 2]) -> Option<Hit<R>> {
         let from = from - self.prepared.origin.origin;
         let [start, direction] = [from, direction].map(R::Vec3::from_f64);
         let [min, max] = [min, max].map(R::from_f64);
@@ -193,7 +208,7 @@ impl<R: Real> LightTracer<'_, R> {
         self.prepared.geometry.closest(&ray, range, &mut ())
     }
 
-    fn facts_index(&self, hit: &Hit<R>) -> usize {
+    pub fn facts_index(&self, hit: &Hit<R>) -> usize {
         self.scene_facts.facts_index(hit.outermost_id())
     }
 
@@ -333,29 +348,6 @@ impl<R: Real> LightTracer<'_, R> {
             least = hit.t.to_f64();
         }
         glass.map(Obstacle::Glass)
-    }
-
-    fn measure_lamps(&self) -> Vec<Lamp> {
-        let emitters = &self.prepared.lights.emitters;
-        let glass_bodies = GlassBodies::from_scene(self.scene_facts);
-        let closest_hit = |from: DVec3, direction: DVec3, least: f64| {
-            let hit = self.closest(from, direction, [least, f64::INFINITY])?;
-            Some((self.facts_index(&hit), hit.t.to_f64()))
-        };
-        let glass_around = |bounds: Aabb| glass_bodies.find_around(&bounds, closest_hit);
-        let lamp = |(index, (object, area, power, radiance)): (usize, (usize, f64, f64, f64))| {
-            let object = self.scene_facts.facts_index(object as u32);
-            let bounds = self.scene_facts.objects[object].bounds;
-            Lamp {
-                object,
-                area,
-                power,
-                radiance,
-                eye_distance: bounds.map_or(0.0, |b| b.centre().distance(self.eye)),
-                glass: bounds.filter(|_| index < LAMPS).and_then(glass_around),
-            }
-        };
-        emitters.areas_and_powers().enumerate().map(lamp).collect()
     }
 
     fn max_sky_radiance(&self) -> f64 {

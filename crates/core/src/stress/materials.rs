@@ -1,6 +1,7 @@
 //! Findings about materials: invalid values, more reflected than received light, invisible objects,
 //! glass and its absorption.
 
+use super::depth_loss::FEWEST_SEGMENTS;
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::furnace::FurnaceAlbedo;
@@ -9,9 +10,12 @@ use super::ray_survey::RaySurvey;
 use crate::scene::{AlphaMode, MaterialModel};
 use crate::settings::Settings;
 
-/// Limits on the size of the scene, in units of the distance over which light is absorbed. Above
-/// ten times `BLACK` a body looks black, below `CLEAR` it looks clear.
-const BLACK: f64 = 1e3;
+/// Limits on lengths, in units of the distance over which light is absorbed to 1/e. A body is
+/// black if the scene's size in units of the shortest distance of the three channels is above
+/// `BLACK`, or if the body's thickness in units of the longest distance is above `BLACK_BODY`. It is
+/// clear if the scene's size is below `CLEAR`.
+const BLACK: f64 = 1e4;
+const BLACK_BODY: f64 = 20.0;
 const CLEAR: f64 = 1e-5;
 
 /// Returns the findings about the materials in use.
@@ -123,10 +127,9 @@ fn energy_finding(furnace: &FurnaceAlbedo, survey: &RaySurvey) -> StressFinding 
 
 /// Returns a finding if the scene has glass and its paths have fewer than three segments.
 fn depth_limit_finding(scene_facts: &SceneFacts<'_>, deepest: u32) -> Option<StressFinding> {
-    let object_facts = scene_facts
-        .objects
-        .iter()
-        .find(|object_facts| object_facts.surface_kind == SurfaceKind::Body && deepest < 3)?;
+    let object_facts = scene_facts.objects.iter().find(|object_facts| {
+        object_facts.surface_kind == SurfaceKind::Body && deepest < FEWEST_SEGMENTS
+    })?;
     let reason =
         format!("paths have at most {deepest} segments, but a path through glass needs three");
     let remedy = "raise `render.max_depth` to 8, or render with --max-depth 8";
@@ -171,6 +174,19 @@ fn invisible_object_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding>
     scene_facts.objects.iter().filter_map(finding).collect()
 }
 
+/// Returns the thickness of a material's thinnest body, in metres: the shortest edge of its bounding
+/// box. 0 if a body is unbounded.
+fn thinnest_body(scene_facts: &SceneFacts<'_>, material: usize) -> f64 {
+    let objects = scene_facts.objects.iter();
+    let own = objects.filter(|object| object.material.is_some_and(|(index, _)| index == material));
+    let thickness = |object: &super::facts::ObjectFacts<'_>| {
+        object
+            .bounds
+            .map_or(0.0, |bounds| bounds.extent().min_element())
+    };
+    own.map(thickness).reduce(f64::min).unwrap_or(0.0)
+}
+
 /// Returns findings about bodies that absorb all light at once, or hardly any.
 fn absorption_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
     let size = scene_facts.largest_extent();
@@ -178,14 +194,20 @@ fn absorption_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
         let MaterialModel::Physical(m) = &material.model else {
             return None;
         };
-        let greatest = m
-            .absorption()?
-            .into_iter()
-            .filter(|a| a.is_finite())
-            .fold(0.0_f64, f64::max);
+        let absorption = m.absorption()?;
+        let finite = || absorption.into_iter().filter(|a| a.is_finite());
+        let greatest = finite().fold(0.0_f64, f64::max);
+        let least = finite().fold(f64::INFINITY, f64::min);
+        finite().next()?;
         let depth = greatest * size;
+        let thickness = thinnest_body(scene_facts, index);
         let reason = match depth {
-            _ if depth > BLACK * 10.0 => format!(
+            _ if least * thickness > BLACK_BODY => format!(
+                "it absorbs light of every colour within {}, while its bodies are {} thick or more, so that they look black",
+                format_metres(1.0 / least),
+                format_metres(thickness)
+            ),
+            _ if depth > BLACK => format!(
                 "it absorbs light within {}, while the scene is {} wide, so that bodies of this material look black",
                 format_metres(1.0 / greatest),
                 format_metres(size)

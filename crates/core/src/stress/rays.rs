@@ -9,7 +9,8 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Surface, Vector};
 
 use super::RayDeadline;
 use super::coplanar::OverlapTable;
-use super::crossings::{RayCrossing, coincident_distance, record_unclosed_bodies};
+use super::copy_crossings::CopyCrossings;
+use super::crossings::{RayCrossing, record_unclosed_bodies};
 use super::facts::{SceneFacts, SurfaceKind, unit_random};
 use super::hidden_backs::SurfaceOnRay;
 use super::orientation::OrientationTable;
@@ -133,6 +134,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         {
             survey.hits += 1;
             self.survey_first_hit(&ray, &first, index, survey);
+            self.survey_coincident_surface(&ray, &first, index, survey);
         }
         self.survey_all_surfaces(
             &Ray {
@@ -144,7 +146,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         );
     }
 
-    fn ray_crossing(&self, ray: &Ray<R>, hit: &Hit<R>) -> RayCrossing<R> {
+    pub fn ray_crossing(&self, ray: &Ray<R>, hit: &Hit<R>) -> RayCrossing<R> {
         let surface = self.prepared.geometry.surface(ray, hit);
         let enters = surface.normal.to_f64().dot(ray.direction.to_f64()) < 0.0;
         RayCrossing {
@@ -155,7 +157,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
     }
 
     /// Returns the point at which a camera ray hits a surface.
-    fn sighted_point(&self, surface: &Surface<R>, hit: &Hit<R>, ray: u64) -> RayPoint {
+    pub fn sighted_point(&self, surface: &Surface<R>, hit: &Hit<R>, ray: u64) -> RayPoint {
         RayPoint {
             ray,
             position: self.prepared.to_world(surface.point),
@@ -310,7 +312,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
     /// surfaces.
     fn survey_all_surfaces(&self, ray: &Ray<R>, index: u64, survey: &mut RaySurvey) {
         let (mut range, mut depths) = (Interval::positive(), BTreeMap::<usize, i64>::new());
-        let mut before: Option<RayCrossing<R>> = None;
+        let mut copies = CopyCrossings::default();
         let mut hits: Vec<(usize, RayPoint)> = Vec::new();
         for step in 0..HITS {
             let Some(hit) = self.prepared.geometry.closest(ray, range, &mut ()) else {
@@ -335,18 +337,17 @@ impl<R: Real> SurveyRayTracer<'_, R> {
                 let visible = Some((surface, crossing.enters));
                 self.survey_hidden_backs(ray, index, visible, survey);
             }
-            if let Some(first) = before.as_ref().filter(|_| step == 1)
-                && let Some(apart) = coincident_distance(ray, first, &crossing)
-            {
-                let pair = [first.object, crossing.object];
-                record_sighting(&mut survey.coincident, pair, seen);
-                record_maximum(&mut survey.max_separations, pair, apart);
-            }
             if step > 0 && !self.continues_behind_surfaces {
                 return;
             }
             self.update_body_depths(&crossing, &mut depths, seen, survey);
-            before = Some(crossing);
+            copies.cross_surface(
+                self.scene_facts,
+                &hit,
+                (crossing.object, crossing.enters),
+                seen,
+                survey,
+            );
         }
     }
 

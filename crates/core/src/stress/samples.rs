@@ -6,7 +6,7 @@ use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::LightSurvey;
 use super::small_render::SmallRender;
-use super::{light_reach, lights};
+use super::{exposed, light_reach, lights};
 use crate::counters::SampleLoss;
 use crate::prepare::UnreachedLight;
 use crate::scene::Triple;
@@ -36,12 +36,15 @@ pub(super) fn check_samples(
         survey,
         samples_per_pixel: sampling.samples_per_pixel(),
     };
-    findings.extend(unreached_light_findings(&noise, pictures));
-    findings.extend(
-        pictures
-            .iter()
-            .filter_map(|picture| noise.check_picture(picture)),
-    );
+    findings.extend(unreached_light_findings(scene_facts, survey, pictures));
+    let mut of_lamps = noise.check_enclosed_lamps(pictures);
+    of_lamps.extend(noise.check_uneven_lamps(pictures));
+    let of_picture = |picture| noise.check_picture(picture).filter(|_| of_lamps.is_empty());
+    findings.extend(pictures.iter().filter_map(of_picture));
+    findings.extend(of_lamps);
+    let exposures = pictures.iter();
+    findings
+        .extend(exposures.filter_map(|picture| exposed::exposure_finding(scene_facts, picture)));
     findings
 }
 
@@ -127,8 +130,8 @@ fn brightness_finding(
     })
 }
 
-/// Returns whether another check reports an unreached light: a lamp without area, or a light behind
-/// glass.
+/// Returns whether another check reports an unreached light: a lamp without area or in glass, or a
+/// light behind glass, in a surface or with nothing to light.
 fn is_reported_by_light_checks(
     scene_facts: &SceneFacts<'_>,
     survey: &LightSurvey,
@@ -137,11 +140,15 @@ fn is_reported_by_light_checks(
     match subject {
         FindingSubject::Object(index) => {
             let mut own = survey.lamps.iter().filter(|lamp| lamp.object == index);
-            own.any(|lamp| light_reach::sizeless_lamp_finding(scene_facts, lamp).is_some())
+            own.any(|lamp| {
+                let has_no_size = light_reach::sizeless_lamp_finding(scene_facts, lamp).is_some();
+                has_no_size || lamp.glass.is_some() && lamp.walks.unseen_walks().is_none()
+            })
         }
         FindingSubject::Light(index) => {
             let reach = survey.lights.get(index);
-            reach.is_some_and(light_reach::is_behind_glass)
+            reach
+                .is_some_and(|reach| light_reach::is_behind_glass(reach) || reach.surface.is_some())
         }
         _ => false,
     }
@@ -159,62 +166,69 @@ fn light_subject_position(scene_facts: &SceneFacts<'_>, subject: FindingSubject)
     }
 }
 
-/// Returns findings about lights that reach no visible surface of any camera.
-fn unreached_light_findings(
-    noise: &LightByChanceNoise<'_>,
+/// Returns the lights that reach no visible surface, each with the number of rays that show it: the
+/// shadow rays of the pictures, or else the walks from the light.
+fn unreached_lights(
+    scene_facts: &SceneFacts<'_>,
+    survey: &LightSurvey,
     pictures: &[SmallRender],
-) -> Vec<StressFinding> {
-    let (scene_facts, survey) = (noise.scene_facts, noise.survey);
+) -> Vec<(FindingSubject, u64, &'static str)> {
+    const BLOCKED: &str = "towards it were blocked";
+    const UNSEEN: &str = "from it ended out of sight";
     let subject_of = |unreached_light: &UnreachedLight| match *unreached_light {
-        UnreachedLight::Light { index, .. } => FindingSubject::Light(index),
-        UnreachedLight::Object { index, .. } => {
-            FindingSubject::Object(scene_facts.facts_index(index as u32))
+        UnreachedLight::Light { index, rays } => (FindingSubject::Light(index), rays, BLOCKED),
+        UnreachedLight::Object { index, rays } => {
+            let object = scene_facts.facts_index(index as u32);
+            (FindingSubject::Object(object), rays, BLOCKED)
         }
-    };
-    let in_vain = |unreached_light: &UnreachedLight| match *unreached_light {
-        UnreachedLight::Light { rays, .. } | UnreachedLight::Object { rays, .. } => rays,
     };
     let Some((first, others)) = pictures.split_first() else {
         return Vec::new();
     };
-    let everywhere = |subject: FindingSubject| {
-        others.iter().all(|p| {
-            p.unreached_lights
-                .iter()
-                .any(|unreached_light| subject_of(unreached_light) == subject)
-        })
+    let everywhere = |(subject, ..): &(FindingSubject, u64, &str)| {
+        let is_unreached = |picture: &SmallRender| {
+            let mut own = picture.unreached_lights.iter().map(subject_of);
+            own.any(|(other, ..)| other == *subject)
+        };
+        others.iter().all(is_unreached)
     };
-    let finding = |unreached_light: &UnreachedLight| {
-        let subject = subject_of(unreached_light);
+    let by_picture = first.unreached_lights.iter().map(subject_of);
+    let mut found: Vec<_> = by_picture.filter(everywhere).collect();
+    let lights = survey.lights.iter().enumerate();
+    let lights = lights.map(|(index, light)| (FindingSubject::Light(index), light.walks));
+    let lamps = survey.lamps.iter();
+    let lamps = lamps.map(|lamp| (FindingSubject::Object(lamp.object), lamp.walks));
+    for (subject, walks) in lights.chain(lamps) {
+        let is_new = found.iter().all(|(other, ..)| *other != subject);
+        let unseen = walks.unseen_walks().filter(|_| is_new);
+        found.extend(unseen.map(|count| (subject, count, UNSEEN)));
+    }
+    found
+}
+
+/// Returns findings about lights that reach no visible surface of any camera.
+fn unreached_light_findings(
+    scene_facts: &SceneFacts<'_>,
+    survey: &LightSurvey,
+    pictures: &[SmallRender],
+) -> Vec<StressFinding> {
+    let finding = |(subject, rays, predicate): (FindingSubject, u64, &'static str)| {
         if is_reported_by_light_checks(scene_facts, survey, subject) {
             return None;
-        }
-        if let FindingSubject::Object(index) = subject
-            && let Some(glass) = survey.enclosing_glass(index)
-        {
-            return noise.check_enclosed_lamp(first, index, glass);
         }
         let reason = "this light reaches no visible surface: it is shut away, or turned away from all of them";
         let remedy = "open or remove its cover, or remove the light, which only adds noise";
         // Of a generator's lamps some may well be hidden.
         let is_one = subject.list_index() < scene_facts.scene.objects.len()
             || matches!(subject, FindingSubject::Light(_));
-        (is_one && everywhere(subject)).then(|| {
-            StressFinding::new(
-                FindingCode::UnreachedLight,
-                Severity::SlowOrNoisy,
-                subject,
-                reason,
-                remedy,
-            )
-            .with_count(
-                in_vain(unreached_light),
-                in_vain(unreached_light),
-                "rays",
-                "towards it were blocked",
-            )
-            .with_place(light_subject_position(scene_facts, subject))
-        })
+        let (code, severity) = (FindingCode::UnreachedLight, Severity::SlowOrNoisy);
+        let finding = || {
+            StressFinding::new(code, severity, subject, reason, remedy)
+                .with_count(rays, rays, "rays", predicate)
+                .with_place(light_subject_position(scene_facts, subject))
+        };
+        is_one.then(finding)
     };
-    first.unreached_lights.iter().filter_map(finding).collect()
+    let unreached = unreached_lights(scene_facts, survey, pictures);
+    unreached.into_iter().filter_map(finding).collect()
 }

@@ -8,6 +8,7 @@ use super::bodies::BodyChecks;
 use super::cameras::CameraView;
 use super::coplanar::{DepthResolution, OverlapTable};
 use super::covers::LightBlockerTask;
+use super::depth_loss::DepthLoss;
 use super::duplicates::DuplicateObjects;
 use super::facts::SceneFacts;
 use super::finding::{CheckRun, FindingSubject, StressFinding};
@@ -20,8 +21,8 @@ use super::small_render::SmallRender;
 use super::summary::summarise_findings;
 use super::topology::Topology;
 use super::{
-    RayDeadline, StressSummary, black, bodies, cameras, copies, coplanar, furnace, hidden, lights,
-    materials, meshes, overlaps, samples, storage, textures,
+    RayDeadline, StressSummary, black, bodies, cameras, copies, coplanar, depth_loss, furnace,
+    hidden, lights, materials, meshes, overlaps, samples, sky_peaks, storage, textures,
 };
 use crate::dispatch::{ReadyScene, find_collapsed_objects, measure_scene_extent, prepare};
 use crate::framing::{FIELD_OF_VIEW, Silhouette};
@@ -111,6 +112,11 @@ impl StressSession<'_> {
                 ready = prepare(scene, &self.small_picture_settings(view), self.observer)?;
             }
             self.run_camera_checks(&ready, &data, view, &mut looks);
+            let measure = |picture: &SmallRender| {
+                depth_loss::measure_depth_loss(&scene_facts, &mut ready, picture, &self.deadline)
+            };
+            let loss = looks.pictures.last().and_then(measure);
+            looks.depth_losses.extend(loss);
             let (gaps, leaks) = (ready.find_unresolved_gaps(), ready.find_light_leaks());
             looks.leaks.extend(leaks.iter().filter_map(|leak| {
                 let LampRef::Object(lamp) = leak.lamp else {
@@ -203,6 +209,11 @@ impl StressSession<'_> {
             &survey,
             furnaces,
         ));
+        findings.extend(depth_loss::depth_loss_finding(
+            scene_facts,
+            &looks.depth_losses,
+        ));
+        findings.extend(sky_peaks::check_sky_peaks(ready, settings, &self.deadline));
         findings.extend(hidden::check_hidden_sheets(scene_facts, &survey, views));
         findings.extend(textures::check_textures(scene_facts));
         findings.extend(lights::check_lights(scene_facts, views, Some(&lights)));
@@ -319,6 +330,7 @@ struct CameraCheckResults {
     aimed: Vec<AimedRayResult>,
     lights: Vec<LightSurvey>,
     pictures: Vec<SmallRender>,
+    depth_losses: Vec<DepthLoss>,
     /// Pairs of an emissive object and the cover through which it shines.
     leaks: Vec<[usize; 2]>,
 }

@@ -3,7 +3,10 @@
 
 use super::facts::SceneFacts;
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use crate::scene::{ColourSpace, ImageData, MaterialModel, PixelData, Sky, TextureRef};
+use crate::scene::{
+    Channel, ColourSpace, ImageData, MaterialField, MaterialFields, MaterialModel, PixelData, Sky,
+    TextureRef,
+};
 
 /// Returns the findings about the images that materials in use and the sky read.
 pub(super) fn check_textures(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
@@ -12,37 +15,29 @@ pub(super) fn check_textures(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding>
     for (index, material) in scene_facts.used_materials() {
         for reference in material.textures() {
             images.extend(image_index(scene_facts, reference));
+            findings.extend(zero_transform_finding(scene_facts, reference, index));
         }
         let MaterialModel::Physical(m) = &material.model else {
             continue;
         };
-        let coat = m.clearcoat.as_ref();
-        let normals = [
-            ("normal_texture", m.normal_texture.as_ref()),
-            (
-                "clearcoat.normal_texture",
-                coat.and_then(|coat| coat.normal_texture.as_ref()),
-            ),
-        ];
-        let directions = m.anisotropy.as_ref();
-        let numbers = [
-            (
-                "metallic_roughness_texture",
-                m.metallic_roughness_texture.as_ref(),
-            ),
-            ("transmission_texture", m.transmission_texture.as_ref()),
-            (
-                "anisotropy.texture",
-                directions.and_then(|layer| layer.texture.as_ref()),
-            ),
-        ];
-        for (slot, reference) in normals.into_iter().chain(numbers) {
+        for field in m
+            .fields()
+            .into_iter()
+            .filter(|field| !is_colour_field(field))
+        {
             let subject = FindingSubject::Material(index);
+            let texture = field.value.texture().map(|(_, texture)| texture);
+            let slot = field.to_string();
             findings.extend(
-                reference.and_then(|r| colour_space_findings(scene_facts, r, subject, slot)),
+                texture.and_then(|r| colour_space_findings(scene_facts, r, subject, &slot)),
             );
         }
-        for reference in normals.into_iter().filter_map(|(_, reference)| reference) {
+        let coat = m.clearcoat.as_ref();
+        let normals = [
+            m.normal_texture.as_ref(),
+            coat.and_then(|coat| coat.normal_texture.as_ref()),
+        ];
+        for reference in normals.into_iter().flatten() {
             findings.extend(normal_map_finding(scene_facts, reference));
         }
     }
@@ -85,13 +80,45 @@ pub(super) fn is_uniform_texture(scene_facts: &SceneFacts<'_>, reference: &Textu
     image_data(scene_facts, reference).is_some_and(is_uniform_image)
 }
 
+/// Returns a finding if a texture's `uv_transform` maps all coordinates to one point of an image of
+/// several colours.
+fn zero_transform_finding(
+    scene_facts: &SceneFacts<'_>,
+    reference: &TextureRef,
+    material: usize,
+) -> Option<StressFinding> {
+    let rows = reference.uv_transform?;
+    let is_zero = rows.iter().all(|row| row[..2] == [0.0; 2]);
+    if !is_zero || is_uniform_image(image_data(scene_facts, reference)?) {
+        return None;
+    }
+    let reason = format!(
+        "the `uv_transform` of its texture `{}` multiplies all texture coordinates by zero, so that a single texel covers every surface",
+        reference.name
+    );
+    Some(StressFinding::new(
+        FindingCode::NoTextureCoordinates,
+        Severity::PictureWrong,
+        FindingSubject::Material(material),
+        reason,
+        "set the scale in the first two columns of `uv_transform`, or remove `uv_transform`",
+    ))
+}
+
+/// Returns whether a material's field holds colours. All other fields hold directions or numbers.
+fn is_colour_field(field: &MaterialField<'_>) -> bool {
+    field.key.contains("colour") || field.key.starts_with("emission")
+}
+
 fn colour_space_findings(
     scene_facts: &SceneFacts<'_>,
     reference: &TextureRef,
     subject: FindingSubject,
     slot: &str,
 ) -> Option<StressFinding> {
-    let is_colour = scene_facts.lookup.texture(&reference.name)?.colour_space == ColourSpace::Srgb;
+    // Alpha is a number in any colour space.
+    let is_colour = scene_facts.lookup.texture(&reference.name)?.colour_space == ColourSpace::Srgb
+        && reference.channel != Some(Channel::Alpha);
     let has_codes = matches!(
         image_data(scene_facts, reference)?.pixels,
         PixelData::Codes(_)

@@ -3,6 +3,9 @@
 
 mod causes;
 mod data;
+mod depth;
+mod exposed;
+mod hidden_light;
 mod lamps;
 mod light;
 mod meshes;

@@ -165,6 +165,63 @@ fn images() {
     );
 }
 
+/// Protects: each image of numbers that is read as colours is found, in all layers of a material.
+/// An alpha channel, which is linear in any colour space, is not.
+#[test]
+fn images_of_numbers() {
+    let varied = |i: u32| [(3 * i) as u8, 90, 200, 255 - i as u8];
+    let glossy = |layer: Value| json!({ "clearcoat": layer });
+    let read = |channel: &str| json!({ "texture": { "name": "texture", "channel": channel } });
+    for (terms, slot) in [
+        (json!({ "roughness": read("green") }), "`roughness`"),
+        (
+            glossy(json!({ "roughness_texture": texture() })),
+            "`clearcoat.roughness_texture`",
+        ),
+        (
+            json!({ "sheen": { "roughness_texture": texture() } }),
+            "`sheen.roughness_texture`",
+        ),
+        (
+            json!({ "iridescence": { "thickness_texture": texture() } }),
+            "`iridescence.thickness_texture`",
+        ),
+    ] {
+        let scene = with_image(terms, "srgb", codes(varied));
+        let finding = alone(&scene, FindingCode::DataReadAsColour, PictureWrong);
+        assert!(finding.reason.contains(slot), "{finding:?}");
+    }
+    for terms in [
+        json!({ "roughness": read("alpha") }),
+        json!({ "sheen": { "colour_texture": texture() } }),
+        json!({ "specular_colour_texture": texture() }),
+    ] {
+        let scene = with_image(terms, "srgb", codes(varied));
+        assert_eq!(listed(&summarise_findings(&scene).findings), []);
+    }
+}
+
+/// Protects: a `uv_transform` of zeros is found. One that only turns an image is not.
+#[test]
+fn texture_coordinates_times_zero() {
+    let of = |rows: [[f64; 3]; 2]| {
+        let varied = |i: u32| [(3 * i) as u8, 90, 200, 255];
+        let texture = json!({ "name": "texture", "uv_transform": rows });
+        with_image(
+            json!({ "base_colour_texture": texture }),
+            "srgb",
+            codes(varied),
+        )
+    };
+    alone(
+        &of([[0.0, 0.0, 0.3], [0.0, 0.0, 0.3]]),
+        FindingCode::NoTextureCoordinates,
+        PictureWrong,
+    );
+    let turned = of([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
+    assert_eq!(listed(&summarise_findings(&turned).findings), []);
+}
+
 /// Protects: textures on meshes without usable texture coordinates are found.
 #[test]
 fn texture_coordinates() {

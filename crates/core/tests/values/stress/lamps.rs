@@ -198,7 +198,8 @@ fn a_lamp_beside_glass_is_not_within_it() {
         "objects": [floor(), object("globe", ball([0.0, 0.7, 0.0], 0.6), "glass"),
                     object("spark", ball([0.5, 1.2, 0.5], 0.003), "lamp")],
     }));
-    let finding = expect_finding(&lit, FindingCode::LightByChance, SlowOrNoisy, &[]);
+    let follows = [FindingCode::BadExposure];
+    let finding = expect_finding(&lit, FindingCode::LightByChance, SlowOrNoisy, &follows);
     assert!(!finding.reason.contains("glass around"), "{finding:?}");
     assert!(
         finding.remedy.contains("make objects[2] `spark` larger")

@@ -90,3 +90,71 @@ fn water_that_touches_its_glass() {
         );
     }
 }
+
+/// Protects: copies of one generator of glass that overlap are reported. Copies that touch or are
+/// apart are not.
+#[test]
+fn copies_of_glass_that_overlap() {
+    let of = |step: f64| {
+        let grid = json!({ "counts": [3, 1, 1], "origin": [-1, 0, 0], "step": [step, 0, 0] });
+        scene(&json!({
+            "objects": [object("block", json!({ "box": { "min": [-2, -1, -4], "max": [2, 1, -3] } }), "paint")],
+            "generators": [{ "kind": { "grid": grid }, "object": object("ball", ball([0.0; 3], 0.5), "glass") }],
+            "render": { "size": [96, 54], "samples": 8, "integrator": "path", "max_depth": 32 },
+        }))
+    };
+    let finding = alone(&of(0.7), FindingCode::NestedGlass, PictureWrong);
+    assert!(
+        finding.reason.contains("copies of this generator"),
+        "{finding:?}"
+    );
+    for step in [1.0, 1.1] {
+        assert_eq!(
+            listed(&summarise_findings(&of(step)).findings),
+            [],
+            "{step}"
+        );
+    }
+}
+
+/// Protects: curved meshes of two materials that lie less than the rounding of a distance apart are
+/// reported. The same meshes a millimetre apart are not.
+#[test]
+fn meshes_closer_than_rounding() {
+    let of = |apart: f64| {
+        let mut scene = ball_scene("paint", |_, _| {});
+        let mut other = scene.objects[0].clone();
+        other.material = "other".to_owned();
+        other.transform =
+            vec![serde_json::from_value(json!({ "translate": [0, 0, apart] })).expect("a step")];
+        scene.objects.push(other);
+        scene
+    };
+    alone(&of(1e-7), FindingCode::FlickeringSurfaces, PictureWrong);
+    assert_eq!(listed(&summarise_findings(&of(1e-3)).findings), []);
+}
+
+/// Protects: a moving sheet that lies in the plane of a floor when the shutter opens is reported,
+/// wherever its motion begins.
+#[test]
+fn a_sheet_that_reaches_the_floor() {
+    let of = |opening: f64| {
+        let mut sheet = object(
+            "sheet",
+            quad([-1.0, 0.0, -1.0], [0.0, 0.0, 2.0], [2.0, 0.0, 0.0]),
+            "other",
+        );
+        sheet["transform_end"] = json!([{ "translate": [0, -1, 0] }]);
+        let floor = object(
+            "floor",
+            quad([-4.0, -1.0, -4.0], [0.0, 0.0, 8.0], [8.0, 0.0, 0.0]),
+            "paint",
+        );
+        let mut scene = scene(&json!({ "objects": [floor, sheet] }));
+        scene.cameras[0].shutter = Some([opening, opening]);
+        summarise_findings(&scene).findings
+    };
+    let codes: Vec<_> = of(1.0).iter().map(|finding| finding.code).collect();
+    assert_eq!(codes, [FindingCode::CoplanarSurfaces]);
+    assert_eq!(listed(&of(0.0)), []);
+}

@@ -1,0 +1,52 @@
+//! Surfaces of two objects in one place. On a long ray the distances of both may round to one
+//! number, of which a query returns one hit alone. A short ray across the place resolves them.
+
+use raywright_bvh::{Hit, Interval, Ray, Real};
+
+use super::crossings::coincident_distance;
+use super::ray_survey::{RaySurvey, record_maximum, record_sighting};
+use super::rays::SurveyRayTracer;
+
+/// Half the length of the short ray, in units of the hit's error.
+const REACH: f64 = 64.0;
+/// Greatest number of surfaces that the short ray crosses.
+const HITS: usize = 8;
+
+impl<R: Real> SurveyRayTracer<'_, R> {
+    /// Records the objects whose surfaces coincide with the first hit of a camera's ray.
+    pub fn survey_coincident_surface(
+        &self,
+        ray: &Ray<R>,
+        hit: &Hit<R>,
+        index: u64,
+        survey: &mut RaySurvey,
+    ) {
+        let geometry = &self.prepared.geometry;
+        let first = self.ray_crossing(ray, hit);
+        let seen = self.sighted_point(&first.surface, hit, index);
+        let half = first.surface.error * R::from_f64(REACH);
+        let short = Ray {
+            origin: first.surface.point - ray.direction * half,
+            ..*ray
+        };
+        let mut range = Interval {
+            min: R::ZERO,
+            max: half + half,
+        };
+        let mut found: Vec<usize> = Vec::new();
+        for _ in 0..HITS {
+            let Some(hit) = geometry.closest(&short, range, &mut ()) else {
+                return;
+            };
+            range.min = hit.t;
+            let other = self.ray_crossing(&short, &hit);
+            let apart = coincident_distance(ray, &first, &other);
+            if let Some(apart) = apart.filter(|_| !found.contains(&other.object)) {
+                let pair = [first.object, other.object];
+                record_sighting(&mut survey.coincident, pair, seen);
+                record_maximum(&mut survey.max_separations, pair, apart);
+                found.push(other.object);
+            }
+        }
+    }
+}

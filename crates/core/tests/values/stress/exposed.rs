@@ -1,0 +1,57 @@
+//! Exposures and materials that show a single colour.
+
+use super::*;
+
+/// Protects: a picture that is shown as white or as black everywhere is reported, with an exposure
+/// that shows it. A white sky of radiance 1, and an object that is dark beside a light one, are not.
+#[test]
+fn exposures_that_show_nothing() {
+    let of = |exposure: f64, sky: f64| {
+        let mut scene = scene(&json!({ "sky": { "constant": sky } }));
+        scene.render.exposure = exposure;
+        scene
+    };
+    for (exposure, sky, colour) in [
+        (12.0, 0.5, "white"),
+        (0.0, 1e3, "white"),
+        (-12.0, 0.5, "black"),
+        (0.0, 1e-4, "black"),
+    ] {
+        let finding = alone(&of(exposure, sky), FindingCode::BadExposure, PictureWrong);
+        assert!(finding.reason.contains(colour), "{finding:?}");
+        let words = finding
+            .remedy
+            .split("--exposure ")
+            .nth(1)
+            .unwrap_or_default();
+        let advised = words
+            .split([',', ' '])
+            .next()
+            .and_then(|number| number.parse().ok());
+        let advised: f64 = advised.unwrap_or_else(|| panic!("{finding:?}"));
+        assert_eq!(listed(&summarise_findings(&of(advised, sky)).findings), []);
+    }
+    assert_eq!(listed(&summarise_findings(&of(0.0, 1.0)).findings), []);
+}
+
+/// Protects: bodies that absorb all light of every colour within a share of their thickness are
+/// reported. Coloured glass of the same distance is not, and neither is a body of that thickness.
+#[test]
+fn bodies_that_look_black() {
+    let of = |colour: Value, distance: f64| {
+        let terms = json!({ "transmission": 1, "roughness": 0, "attenuation_colour": colour, "attenuation_distance": distance });
+        scene(&json!({ "materials": [paint("paint", terms), paint("other", json!({}))] }))
+    };
+    let black = json!([0.1, 0.9, 0.9]);
+    let finding = alone(
+        &of(black.clone(), 1e-3),
+        FindingCode::AbsorptionOutOfScale,
+        Harmless,
+    );
+    assert!(finding.reason.contains("every colour"), "{finding:?}");
+    assert_eq!(
+        listed(&summarise_findings(&of(json!([0.1, 1.0, 0.9]), 1e-3)).findings),
+        []
+    );
+    assert_eq!(listed(&summarise_findings(&of(black, 0.3)).findings), []);
+}

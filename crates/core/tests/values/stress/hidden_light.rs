@@ -1,0 +1,140 @@
+//! Light that few samples find or that none lets out: lamps in glass, lamps behind covers, and small
+//! bright places of skies and lamps.
+
+use super::light::{point, with_lamp};
+use super::*;
+
+fn floor() -> Value {
+    let plane = json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } });
+    object("floor", plane, "paint")
+}
+
+/// Protects: a small lamp in glass is reported even if no path of the small picture hits it, and
+/// whatever number of samples the scene has. In frosted glass, it is too. In thin glass, it is not.
+#[test]
+fn lamps_in_glass_that_no_path_hits() {
+    let of = |glass: Value, radius: f64, samples: u32| {
+        let mut materials = with_lamp(3000.0);
+        materials[1] = paint("glass", glass);
+        scene(&json!({
+            "sky": null, "materials": materials,
+            "render": { "size": [128, 80], "samples": samples, "integrator": "path" },
+            "objects": [floor(), object("ball", ball([1.5, -0.3, 0.0], 0.7), "paint"),
+                        object("bulb", ball([0.0, 1.5, 0.0], 6.0 * radius), "glass"),
+                        object("wire", ball([0.0, 1.5, 0.0], radius), "lamp")],
+        }))
+    };
+    let clear = || json!({ "transmission": 1, "roughness": 0 });
+    for (radius, samples) in [(0.05, 32), (0.05, 4)] {
+        let finding = alone(
+            &of(clear(), radius, samples),
+            FindingCode::LightByChance,
+            SlowOrNoisy,
+        );
+        assert!(finding.reason.contains("`bulb`"), "{finding:?}");
+    }
+    // So small that the picture is black.
+    let black = of(clear(), 1e-4, 4);
+    let finding = expect_finding(&black, FindingCode::BlackPicture, PictureWrong, &[]);
+    assert!(
+        finding.reason.contains("`bulb`") && finding.remedy.contains("thin_walled"),
+        "{finding:?}"
+    );
+    let frosted = json!({ "transmission": 1, "roughness": 0.5 });
+    alone(
+        &of(frosted, 0.05, 32),
+        FindingCode::LightByChance,
+        SlowOrNoisy,
+    );
+    let thin = json!({ "transmission": 1, "roughness": 0, "thin_walled": true });
+    assert_eq!(
+        listed(&summarise_findings(&of(thin, 0.05, 32)).findings),
+        []
+    );
+}
+
+/// Protects: lights in closed bodies are reported, above an infinite floor too, whose most distant
+/// points rounding lets see them. Lights in open covers are not, and neither is a light in another
+/// part of the camera's own room.
+#[test]
+fn lights_behind_covers() {
+    let of = |lights: Value, mut parts: Vec<Value>| {
+        parts.extend([floor(), object("ball", ball([0.0; 3], 1.0), "paint")]);
+        scene(&json!({ "lights": lights, "materials": with_lamp(30.0), "objects": parts }))
+    };
+    let light = || json!([point([0.0, 2.8, 0.0], json!({}))]);
+    let safe = || {
+        let shape = json!({ "box": { "min": [-0.3, 2.5, -0.3], "max": [0.3, 3.1, 0.3] } });
+        object("safe", shape, "paint")
+    };
+    let bulb = || object("bulb", ball([0.0, 2.8, 0.0], 0.1), "lamp");
+    let code = FindingCode::UnreachedLight;
+    alone(&of(light(), vec![safe()]), code, SlowOrNoisy);
+    alone(&of(json!([]), vec![bulb(), safe()]), code, SlowOrNoisy);
+    let shell = object("shell", ball([0.0, 2.8, 0.0], 0.5), "paint");
+    alone(&of(json!([]), vec![bulb(), shell]), code, SlowOrNoisy);
+    let shade = |caps: bool| {
+        let shape = json!({ "cylinder": { "base": [0, 2.5, 0], "axis": [0, 1, 0], "radius": 0.3, "height": 0.6, "caps": caps } });
+        object("shade", shape, "paint")
+    };
+    alone(&of(json!([]), vec![bulb(), shade(true)]), code, SlowOrNoisy);
+    assert_eq!(
+        listed(&summarise_findings(&of(json!([]), vec![bulb(), shade(false)])).findings),
+        []
+    );
+    assert_eq!(
+        listed(&summarise_findings(&of(light(), vec![shade(false)])).findings),
+        []
+    );
+    let room = json!({ "box": { "min": [-9, -2, -9], "max": [9, 9, 9] } });
+    let room = of(light(), vec![object("room", room, "paint")]);
+    assert_eq!(listed(&summarise_findings(&room).findings), []);
+}
+
+/// Protects: a small bright place in a sky's expression is reported, and so is one that grows
+/// without limit. An even sky and a wide glow are not.
+#[test]
+fn small_bright_places_of_a_sky() {
+    let under = |expression: &str| scene(&json!({ "sky": { "expression": expression } }));
+    for expression in [
+        "0.2 + 60000*step(0.99999, dot(d, normalize([1, 2, 1])))",
+        "1/(d.y*d.y)",
+    ] {
+        let finding = expect_finding(
+            &under(expression),
+            FindingCode::SkySpikes,
+            SlowOrNoisy,
+            &[FindingCode::BadExposure],
+        );
+        assert!(finding.remedy.contains("`suns`"), "{finding:?}");
+    }
+    for expression in [
+        "0.5 + 0.3*d.y",
+        "0.3 + 20*pow(max(0, dot(d, normalize([1, 2, 1]))), 64)",
+    ] {
+        let all = summarise_findings(&under(expression)).findings;
+        assert_eq!(listed(&all), [], "{expression}");
+    }
+}
+
+/// Protects: a lamp that shines from a small corner of its surface is reported. One that shines
+/// from half of it is not.
+#[test]
+fn small_bright_places_of_a_lamp() {
+    let of = |edge: f64, emission: f64| {
+        let terms = json!({ "base_colour": 0, "emission": format!("{emission}*step({edge}, u)*step({edge}, v)") });
+        scene(&json!({
+            "sky": null,
+            "materials": [paint("paint", json!({ "base_colour": 0.6 })), paint("lamp", terms)],
+            "objects": [floor(), object("ball", ball([0.0; 3], 1.0), "paint"),
+                        object("panel", quad([-1.0, 3.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]), "lamp")],
+        }))
+    };
+    let found = summarise_findings(&of(0.95, 5000.0)).findings;
+    let finding = found
+        .iter()
+        .find(|found| found.code == FindingCode::LightByChance);
+    let finding = finding.unwrap_or_else(|| panic!("{:?}", listed(&found)));
+    assert!(finding.reason.contains("of its surface"), "{finding:?}");
+    assert_eq!(listed(&summarise_findings(&of(0.3, 20.0)).findings), []);
+}
