@@ -126,8 +126,8 @@ fn a_render_says_two_lines() {
             .count()
     };
     let more = first
-        .rsplit_once("(and ")
-        .and_then(|(_, rest)| rest.split(' ').next()?.parse::<usize>().ok())
+        .rsplit_once("(further messages: ")
+        .and_then(|(_, rest)| rest.split(';').next()?.parse::<usize>().ok())
         .expect("a number");
     assert_eq!(
         count("warning: ") + count("note: "),

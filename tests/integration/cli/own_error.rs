@@ -144,7 +144,7 @@ fn denoising_is_named_where_it_helps() {
         render(&sandbox, words)
             .exits_with(0)
             .stderr
-            .contains("--denoise reduces")
+            .contains("--denoise would reduce")
     };
     assert!(said("--spp 8 -o a.png -v"));
     assert!(!said("--spp 8 --denoise -o b.png -v"));
