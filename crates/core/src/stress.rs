@@ -56,6 +56,7 @@ mod hidden_backs;
 mod lamp_light;
 mod light_reach;
 mod light_survey;
+mod light_tracer;
 mod light_walks;
 mod lights;
 mod materials;

@@ -3,8 +3,7 @@
 use super::covers::LightBlocker;
 use super::facts::SceneFacts;
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use super::samples::camera_subject;
-use super::small_render::SmallRender;
+use super::small_render::{SmallRender, camera_subject};
 use crate::scene::Sky;
 
 /// Findings that can explain a black picture, in the order in which they are tried.

@@ -8,7 +8,7 @@ use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::directions::directions_in_cone;
 use super::facts::unit_random;
-use super::light_survey::{LightTracer, VisiblePoint};
+use super::light_tracer::{LightTracer, VisiblePoint};
 use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
 use crate::scene::{Shape, SideRule};

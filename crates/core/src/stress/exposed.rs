@@ -2,8 +2,7 @@
 
 use super::facts::SceneFacts;
 use super::finding::{FindingCode, Severity, StressFinding};
-use super::samples::camera_subject;
-use super::small_render::SmallRender;
+use super::small_render::{SmallRender, camera_subject};
 use crate::display::Display;
 
 /// Share of the pixels from which on a picture counts as black or white.

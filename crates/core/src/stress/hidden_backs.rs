@@ -4,20 +4,12 @@ use raywright_bvh::{Hit, Interval, Ray, Real};
 
 use super::facts::largest_extent;
 use super::orientation::OrientationFault;
-use super::ray_survey::{RayPoint, RaySurvey, record_sighting};
+use super::ray_survey::{RayPoint, RaySurvey, SurfaceOnRay, record_sighting};
 use super::rays::SurveyRayTracer;
 use crate::scene::SideRule;
 
 /// Greatest number of surfaces that a ray passes on its way back.
 const HITS: usize = 128;
-
-/// A surface on a ray: its object, its primitive, and the point.
-#[derive(Clone, Copy)]
-pub(super) struct SurfaceOnRay {
-    pub object: usize,
-    pub primitive: u32,
-    pub point: RayPoint,
-}
 
 impl<R: Real> SurveyRayTracer<'_, R> {
     /// Records a ray's first surface if it is hidden from the camera, or flipped. `visible` is the

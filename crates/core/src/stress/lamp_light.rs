@@ -10,7 +10,8 @@ use raywright_bvh::{Aabb, Real};
 
 use super::enclosing_glass::GlassBodies;
 use super::facts::SurfaceKind;
-use super::light_survey::{Lamp, LightTracer, VisiblePoint};
+use super::light_survey::Lamp;
+use super::light_tracer::{LightTracer, VisiblePoint};
 use super::light_walks::{WalkResult, walk_count};
 use crate::scene::MaterialModel;
 

@@ -3,13 +3,14 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
+use raywright_bvh::{Interval, Real, Vector};
 
 use super::RayDeadline;
 use super::directions::directions_in_cone;
 use super::emission_peaks::UnevenLamp;
 use super::facts::{SceneFacts, SurfaceKind};
 use super::finding::CheckRun;
+use super::light_tracer::{LightTracer, VisiblePoint};
 use super::light_walks::{WalkResult, walk_count};
 use crate::dispatch::PreparedSceneTask;
 use crate::prepare::PreparedScene;
@@ -180,19 +181,6 @@ impl PreparedSceneTask for LightSurveyTask<'_> {
     }
 }
 
-pub(super) struct LightTracer<'a, R: Real> {
-    pub prepared: &'a PreparedScene<R>,
-    pub scene_facts: &'a SceneFacts<'a>,
-    pub eye: DVec3,
-    pub deadline: &'a RayDeadline<'a>,
-}
-
-/// A surface point that the camera sees. The normal points to the camera's side.
-pub(super) struct VisiblePoint {
-    pub position: DVec3,
-    pub normal: DVec3,
-}
-
 /// Object that blocks a ray to a light. Glass blocks it only if no opaque object does.
 enum Obstacle {
     Opaque,
@@ -200,18 +188,6 @@ enum Obstacle {
 }
 
 impl<R: Real> LightTracer<'_, R> {
-    pub fn closest(&self, from: DVec3, direction: DVec3, [min, max]: [f64; 2]) -> Option<Hit<R>> {
-        let from = from - self.prepared.origin.origin;
-        let [start, direction] = [from, direction].map(R::Vec3::from_f64);
-        let [min, max] = [min, max].map(R::from_f64);
-        let (ray, range) = (Ray::new(start, direction), Interval { min, max });
-        self.prepared.geometry.closest(&ray, range, &mut ())
-    }
-
-    pub fn facts_index(&self, hit: &Hit<R>) -> usize {
-        self.scene_facts.facts_index(hit.outermost_id())
-    }
-
     /// Returns points on opaque, non-emissive surfaces that the camera sees.
     fn visible_points(&self, size: [u32; 2]) -> Vec<VisiblePoint> {
         let [width, height] = PLACES;

@@ -8,7 +8,7 @@ use raywright_bvh::{Interval, Ray, Real, Surface, Vector};
 
 use super::directions::directions_in_cone;
 use super::facts::{ObjectFacts, SurfaceKind, unit_random};
-use super::light_survey::{LightTracer, VisiblePoint};
+use super::light_tracer::{LightTracer, VisiblePoint};
 use crate::light::ShadowRayTarget;
 use crate::scene::{LightKind, MaterialModel};
 

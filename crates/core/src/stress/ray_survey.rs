@@ -16,6 +16,14 @@ pub(super) struct RayPoint {
     pub distance: f64,
 }
 
+/// A surface on a ray: its object, its primitive, and the point.
+#[derive(Clone, Copy)]
+pub(super) struct SurfaceOnRay {
+    pub object: usize,
+    pub primitive: u32,
+    pub point: RayPoint,
+}
+
 /// Number of rays that made the same observation, and the position of the nearest one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SightingCount {

@@ -48,13 +48,6 @@ pub(super) fn check_samples(
     findings
 }
 
-pub(super) fn camera_subject(
-    scene_facts: &SceneFacts<'_>,
-    picture: &SmallRender,
-) -> FindingSubject {
-    FindingSubject::Camera((!scene_facts.scene.cameras.is_empty()).then_some(picture.camera))
-}
-
 fn sample_loss_findings(picture: &SmallRender, size: [u32; 2]) -> Vec<StressFinding> {
     let fewest = |layer: &[f32]| {
         layer

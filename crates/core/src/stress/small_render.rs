@@ -2,7 +2,8 @@
 
 use super::RayDeadline;
 use super::covers::LightBlocker;
-use super::finding::CheckRun;
+use super::facts::SceneFacts;
+use super::finding::{CheckRun, FindingSubject};
 use crate::counters::Counters;
 use crate::dispatch::ReadyScene;
 use crate::picture::Picture;
@@ -96,4 +97,12 @@ impl SmallRender {
     pub fn first_pixel_where(&self, holds: impl Fn([f32; 3]) -> bool) -> Option<usize> {
         self.picture.rgb.iter().position(|&pixel| holds(pixel))
     }
+}
+
+/// Returns the camera of a picture as the subject of a finding.
+pub(super) fn camera_subject(
+    scene_facts: &SceneFacts<'_>,
+    picture: &SmallRender,
+) -> FindingSubject {
+    FindingSubject::Camera((!scene_facts.scene.cameras.is_empty()).then_some(picture.camera))
 }
