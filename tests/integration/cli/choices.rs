@@ -159,7 +159,7 @@ fn outputs_are_what_was_asked_for() {
     assert!(!sandbox.path("room.png").exists());
     render(&["--rung", "output=float", "-o", "f.png"])
         .exits_with(2)
-        .prints_like("all formats but .exr hold codes of display values");
+        .prints_like("which .exr files alone can hold");
 
     render(&["--checkpoint", "a.film", "-o", "a.png"]).exits_with(0);
     render(&[

@@ -251,7 +251,7 @@ fn require_exr_for_linear(task: &RenderTask, targets: &[OutputTarget]) -> Result
         return Ok(());
     }
     let error = Error::invalid_usage(
-        "--rung output=float writes linear values, and all formats but .exr hold codes of display values",
+        "--rung output=float writes linear values, which .exr files alone can hold",
     );
     Err(error
         .with_hint("name pictures that end in .exr, or leave out --rung output=float")

@@ -154,7 +154,7 @@ impl StressText<'_> {
             return Some(format!("{name}: nothing to mark"));
         }
         let mut text = match unmarked.is_empty() {
-            true => format!("{name}: each finding is marked"),
+            true => format!("{name}: the picture has a mark at each finding"),
             false => format!(
                 "{name}: no mark for findings {}: the first camera sees none of their positions",
                 unmarked.join(", ")

@@ -41,7 +41,7 @@ pub fn format_pareto_frontier(document: &AccuracyDocument<'_>) -> String {
     let rows: Vec<[String; 4]> = [heads].into_iter().chain(rows).collect();
     let place =
         |measured: &&MeasuredSetting| (measured.seconds.value, measured.errors.relmse.value.sqrt());
-    let words = "worth their time: no other measured setting is both faster and nearer to the reference than a setting in this table; its flags are in the last column";
+    let words = "settings worth their time: no other measured setting is both faster and nearer to the reference than a setting in this table; its flags are in the last column";
     let table = format_aligned_columns([RIGHT, RIGHT, RIGHT, ColumnAlignment::Left], &rows);
     let plot = draw_scatter_plot(
         &points.iter().map(place).collect::<Vec<_>>(),
