@@ -231,7 +231,7 @@ impl Silhouette {
     }
 
     /// Returns the camera that shows the whole silhouette from a view. `vertical_fov` is in
-    /// degrees. The silhouette is centred and fills [`FRAMED_SHARE`] of the picture's width or
+    /// degrees. The silhouette is centred and fills `FRAMED_SHARE` of the picture's width or
     /// height, whichever limits its size, for every field of view and aspect ratio.
     pub fn frame_camera(&self, view: ViewAngles, vertical_fov: f64, aspect: f64) -> Camera {
         let corners = Aabb::from_centre(DVec3::ZERO, DVec3::ONE).corners();

@@ -1,7 +1,7 @@
 //! Clock of the benchmarks. On Unix it measures CPU time, which depends less on other programs than
 //! wall-clock time. Elsewhere it measures wall-clock time.
 
-/// Name of the clock that [`thread_seconds`] reads, as reports show it.
+/// Name of the clock that measures the time of a thread, as reports show it.
 pub const CLOCK_NAME: &str = if cfg!(unix) {
     "thread CPU time"
 } else {

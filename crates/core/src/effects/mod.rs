@@ -1,6 +1,6 @@
 //! Effects: the features that a scene needs, which of them a render simulates, and the reasons.
 //!
-//! [`detect`] depends only on the scene and the settings. An effect has one of three states:
+//! [`assess_effects`] depends only on the scene and the settings. An effect has one of three states:
 //!
 //! - **Simulated**: the render simulates it.
 //! - **Absent**: the scene does not need it, so nothing is built, traced or sampled for it.

@@ -227,7 +227,7 @@ pub fn write_png(
     write_atomically(path, &bytes)
 }
 
-/// Writes colour, coverage and layers as OpenEXR; see [`encode_exr`].
+/// Writes colour, coverage and layers as OpenEXR.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
