@@ -202,19 +202,18 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         [choice, u, v]: [N; 3],
     ) -> BsdfSample<N> {
         let cosine = self.normal.dot(wo);
-        let weights = self.importances(cosine);
-        let (importances, total) = (&weights.0, weights.1);
+        let importances = self.importances(cosine);
+        let (each, total) = importances;
         let able = cosine.greater_than(N::ZERO) & total.greater_than(N::ZERO);
         let (mut direction, mut weight, mut delta) =
             (N::Vec3::ZERO, N::Vec3::ZERO, N::Mask::default());
         let local = frame.to_local(wo);
         let mut before = N::ZERO;
-        // References: arrays that were just written would be waited for if they were moved.
-        for ((lobe, &chosen), &importance) in self
+        for ((lobe, chosen), importance) in self
             .lobes()
             .iter()
-            .zip(&self.choose_lobes(importances, choice * total, able))
-            .zip(importances)
+            .zip(self.choose_lobes(&each, choice * total, able))
+            .zip(each)
         {
             let start = before;
             before = before + importance;
@@ -237,7 +236,8 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
                 );
             }
         }
-        let (value, density) = self.eval_and_pdf_with_importances(&weights, cosine, wo, direction);
+        let (value, density) =
+            self.eval_and_pdf_with_importances(&importances, cosine, wo, direction);
         let facing = self.normal.dot(direction);
         // False for NaN and for a failed sample too.
         let mut sent = density.greater_than(N::ZERO) & facing.greater_than(N::ZERO) & !delta;
