@@ -98,21 +98,12 @@ impl LightByChanceNoise<'_> {
     /// studio or a sky.
     fn light_by_chance_finding(&self) -> StressFinding {
         let scene_facts = self.scene_facts;
-        let lamps = || {
-            scene_facts
-                .objects
-                .iter()
-                .filter(|object_facts| object_facts.emits_light())
-        };
-        let within = lamps().find_map(|object_facts| {
-            let glass = self
-                .survey
-                .enclosing_glass(object_facts.subject.list_index())?;
-            Some((object_facts, glass))
-        });
-        if let Some((object_facts, glass)) = within {
-            enclosed_light_finding(scene_facts, object_facts.subject.list_index(), glass)
-        } else if let Some(lamp) = lamps().next() {
+        let mut lamps = self.survey.lamps.iter();
+        let enclosed = lamps.find_map(|lamp| Some((lamp.object, lamp.glass?)));
+        let mut emissive = scene_facts.objects.iter();
+        if let Some((lamp, glass)) = enclosed {
+            enclosed_light_finding(scene_facts, lamp, glass)
+        } else if let Some(lamp) = emissive.find(|object_facts| object_facts.emits_light()) {
             let reason = "light of lamps and suns by way of mirrors or glass is noisy: paths hit these lights only by chance, and hardly any does";
             let place = lamp.bounds.and_then(|bounds| finite_point(bounds.centre()));
             let lamp = lamp.subject.display_name(scene_facts.scene);

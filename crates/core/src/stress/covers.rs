@@ -7,6 +7,7 @@ use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::facts::{SceneFacts, SurfaceKind, unit_random};
 use super::finding::FindingSubject;
+use super::ray_hits::{HITS, hits_along_ray};
 use crate::dispatch::PreparedSceneTask;
 use crate::prepare::PreparedScene;
 use crate::scene::{Colour, LightKind, Sky};
@@ -18,8 +19,6 @@ use crate::scene::{Colour, LightKind, Sky};
 const LIGHTS: usize = 16;
 const PLACES: usize = 32;
 const DIRECTIONS: u64 = 32;
-/// Greatest number of surfaces that a ray passes before the search ends.
-const HITS: usize = 64;
 /// A light is covered if at most this percentage of its rays is unblocked.
 const FREE: u64 = 10;
 /// Share of a ray's length before its end point within which a surface does not block it.
@@ -133,18 +132,19 @@ impl LightBlockerTask<'_> {
         let direction = (path.to - path.from).try_normalize()?;
         let from = path.from - prepared.origin.origin;
         let [start, direction] = [from, direction].map(R::Vec3::from_f64);
-        let (ray, mut range) = (Ray::new(start, direction), Interval::positive());
-        for _ in 0..HITS {
-            let hit = prepared.geometry.closest(&ray, range, &mut ())?;
+        let ray = Ray::new(start, direction);
+        let hits = hits_along_ray(&prepared.geometry, &ray, Interval::positive());
+        let objects = hits.take(HITS).map(|hit| {
             let object = self.scene_facts.facts_index(hit.outermost_id());
-            let object_facts = &self.scene_facts.objects[object];
-            range.min = hit.t;
-            if path.own == Some(object) || object_facts.surface_kind != SurfaceKind::Opaque {
-                continue;
-            }
-            let is_before = hit.t.to_f64() < distance * (1.0 - NEAR);
-            return is_before.then_some(object);
-        }
-        None
+            (object, hit.t.to_f64() < distance * (1.0 - NEAR))
+        });
+        let is_opaque = |object: usize| {
+            path.own != Some(object)
+                && self.scene_facts.objects[object].surface_kind == SurfaceKind::Opaque
+        };
+        let mut opaque = objects.filter(|(object, _)| is_opaque(*object));
+        opaque
+            .next()
+            .and_then(|(object, is_before)| is_before.then_some(object))
     }
 }

@@ -9,6 +9,7 @@ use raywright_bvh::{Interval, Ray, Real, Vector};
 use super::directions::directions_in_cone;
 use super::facts::unit_random;
 use super::light_tracer::{LightTracer, VisiblePoint};
+use super::ray_hits::{HITS, hits_along_ray};
 use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
 use crate::scene::{Shape, SideRule};
@@ -16,8 +17,6 @@ use crate::scene::{Shape, SideRule};
 /// Greatest number of lamps that are sampled, and number of lines that they share.
 const LAMPS: usize = 64;
 const LINES: usize = 1 << 16;
-/// Greatest number of surfaces that a line crosses.
-const HITS: usize = 64;
 
 /// A lamp of varying emission.
 #[derive(Clone, Copy, Debug)]
@@ -100,18 +99,12 @@ impl<R: Real> LightTracer<'_, R> {
 
     /// Adds the radiance, the mean of three channels, at each crossing of a line with an object.
     fn emission_on_line(&self, ray: &Ray<R>, length: R, object: usize, found: &mut Vec<f64>) {
-        let mut range = Interval {
+        let range = Interval {
             min: R::ZERO,
             max: length,
         };
-        for _ in 0..HITS {
-            let Some(hit) = self.prepared.geometry.closest(ray, range, &mut ()) else {
-                return;
-            };
-            range.min = hit.t;
-            if self.facts_index(&hit) != object {
-                continue;
-            }
+        let hits = hits_along_ray(&self.prepared.geometry, ray, range).take(HITS);
+        for hit in hits.filter(|hit| self.facts_index(hit) == object) {
             let segment = PathSegment {
                 ray: *ray,
                 ..PathSegment::from_camera(self.prepared)

@@ -1,4 +1,4 @@
-//! Finds the body of glass around a lamp: paths meet a lamp within glass by chance alone.
+//! Finds the glass body around a lamp. Paths hit a lamp inside glass only by chance.
 
 use glam::DVec3;
 use raywright_bvh::Aabb;
@@ -6,16 +6,14 @@ use raywright_bvh::Aabb;
 use super::directions::directions_in_cone;
 use super::facts::{SceneFacts, SurfaceKind};
 
-/// Bodies of glass that are considered, by their order in the scene.
+/// Greatest number of glass bodies that are considered, in the order of the scene.
 const BODIES: usize = 1000;
-/// Surfaces that a ray from a lamp crosses at most.
-const HITS: usize = 64;
-/// Rays from a lamp.
+/// Number of rays from a lamp, and number of them that must cross a body around it. The body may
+/// have holes.
 const RAYS: usize = 14;
-/// Rays that cross a body which is around the lamp; the body may have holes.
 const CROSSINGS: usize = 12;
 
-/// The bodies of glass of a scene, each by the index of its facts, with its bounding box.
+/// Glass bodies of a scene: the index of each body's facts, and its bounding box.
 pub(super) struct GlassBodies {
     bodies: Vec<(usize, Aabb)>,
 }
@@ -31,32 +29,20 @@ impl GlassBodies {
         Self { bodies }
     }
 
-    /// The index of the first body around an object whose bounding box is `inner`. The box of that
-    /// body contains `inner`, and nearly all rays from the centre of `inner` cross the body.
-    ///
-    /// `closest_hit` takes the start of a ray, its direction and the least distance. It returns the
-    /// object that the ray hits first, and the distance to the hit.
+    /// Returns the index of the first body around an object with the bounding box `inner`. The box
+    /// of that body contains `inner`, and nearly all rays from the centre of `inner` cross the body.
+    /// `crosses` returns whether the ray with a start and a direction crosses a body.
     pub fn find_around(
         &self,
         inner: &Aabb,
-        closest_hit: impl Fn(DVec3, DVec3, f64) -> Option<(usize, f64)>,
+        crosses: impl Fn(usize, DVec3, DVec3) -> bool,
     ) -> Option<usize> {
         let contains_inner =
             |outer: &Aabb| outer.min.cmplt(inner.min).all() && outer.max.cmpgt(inner.max).all();
-        let crosses = |body: usize, direction: DVec3| {
-            let mut distance = 0.0;
-            for _ in 0..HITS {
-                match closest_hit(inner.centre(), direction, distance) {
-                    Some((object, _)) if object == body => return true,
-                    Some((_, hit_distance)) => distance = hit_distance,
-                    None => return false,
-                }
-            }
-            false
-        };
         let is_around = |body: usize| {
             let directions = directions_in_cone(DVec3::Y, -1.0, RAYS);
-            let crossings = directions.filter(|&direction| crosses(body, direction));
+            let crossings =
+                directions.filter(|&direction| crosses(body, inner.centre(), direction));
             crossings.count() >= CROSSINGS
         };
         let mut candidates = self.bodies.iter();

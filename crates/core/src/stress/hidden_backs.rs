@@ -4,6 +4,7 @@ use raywright_bvh::{Hit, Interval, Ray, Real};
 
 use super::facts::largest_extent;
 use super::orientation::OrientationFault;
+use super::ray_hits::hits_along_ray;
 use super::ray_survey::{RayPoint, RaySurvey, SurfaceOnRay, record_sighting};
 use super::rays::SurveyRayTracer;
 use crate::scene::SideRule;
@@ -75,7 +76,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             direction: -ray.direction,
             ..*ray
         };
-        let mut range = Interval {
+        let range = Interval {
             min: R::ZERO,
             max: R::from_f64(end),
         };
@@ -84,17 +85,8 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             let side = self.scene_facts.objects[object].object.side;
             matches!(side, SideRule::Outside | SideRule::Inside)
         };
-        let mut nearest = None;
-        for _ in 0..HITS {
-            let Some(hit) = self.prepared.geometry.closest(&way_back, range, &mut ()) else {
-                break;
-            };
-            range.min = hit.t;
-            if is_one_sided(&hit) {
-                nearest = Some(hit);
-            }
-        }
-        let hit = nearest?;
+        let hits = hits_along_ray(&self.prepared.geometry, &way_back, range).take(HITS);
+        let hit = hits.filter(is_one_sided).last()?;
         let surface = self.prepared.geometry.surface(&way_back, &hit);
         Some(SurfaceOnRay {
             object: self.scene_facts.facts_index(hit.outermost_id()),

@@ -19,19 +19,18 @@ use crate::scene::MaterialModel;
 const LAMPS: usize = 1000;
 /// Assumed share of the light that the visible surfaces reflect.
 const ALBEDO: f64 = 0.5;
-/// Greatest number of surfaces that a ray passes.
-const HITS: usize = 64;
 
 impl<R: Real> LightTracer<'_, R> {
     /// Returns facts about all emissive objects.
     pub fn measure_lamps(&self, seen: &[VisiblePoint]) -> Vec<Lamp> {
         let emitters = &self.prepared.lights.emitters;
         let glass_bodies = GlassBodies::from_scene(self.scene_facts);
-        let closest_hit = |from: DVec3, direction: DVec3, least: f64| {
-            let hit = self.closest(from, direction, [least, f64::INFINITY])?;
-            Some((self.facts_index(&hit), hit.t.to_f64()))
+        let crosses = |body: usize, from: DVec3, direction: DVec3| {
+            let is_hit = |object: usize, _| (object == body).then_some(());
+            let hit = self.find_along_ray(from, direction, [0.0, f64::INFINITY], is_hit);
+            hit.is_some()
         };
-        let glass_around = |bounds: Aabb| glass_bodies.find_around(&bounds, closest_hit);
+        let glass_around = |bounds: Aabb| glass_bodies.find_around(&bounds, crosses);
         let facts: Vec<_> = emitters.areas_and_powers().collect();
         let ranges: Vec<Range<u32>> = emitters.emitters_by_object().map(|(_, of)| of).collect();
         let walks = walk_count(facts.len().min(LAMPS));
@@ -84,23 +83,13 @@ impl<R: Real> LightTracer<'_, R> {
 
     /// Returns whether an opaque object is in the way to a lamp.
     fn is_lamp_covered(&self, from: DVec3, direction: DVec3, distance: f64, lamp: usize) -> bool {
-        let mut least = 1e-4 * distance;
-        for _ in 0..HITS {
-            let Some(hit) = self.closest(from, direction, [least, distance]) else {
-                return false;
-            };
-            let object = self.facts_index(&hit);
+        let blocker = |object: usize, _| {
             let object_facts = &self.scene_facts.objects[object];
-            if object == lamp {
-                return false;
-            }
-            if object_facts.surface_kind == SurfaceKind::Opaque && object_facts.object.casts_shadow
-            {
-                return true;
-            }
-            least = hit.t.to_f64();
-        }
-        true
+            let is_opaque = object_facts.surface_kind == SurfaceKind::Opaque;
+            (object == lamp || is_opaque && object_facts.object.casts_shadow).then_some(object)
+        };
+        let first = self.find_along_ray(from, direction, [1e-4 * distance, distance], blocker);
+        first.is_some_and(|object| object != lamp)
     }
 
     /// Returns the area of a target that paths have to hit, in multiples of the lamp's own: rough

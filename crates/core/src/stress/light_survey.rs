@@ -28,8 +28,6 @@ const AIMED: usize = 1024;
 /// Numbers of camera rays along the picture's width and height. Rays to the lights start at their
 /// hits.
 const PLACES: [u32; 2] = [40, 24];
-/// Greatest number of surfaces that a ray to a light passes before the search ends.
-const HITS: usize = 64;
 /// A light lies in a surface if its distance from the surface, as a share of its distance from the
 /// camera, is at most this.
 const IN_SURFACE: f64 = 1e-6;
@@ -88,6 +86,7 @@ pub(super) struct LightSurvey {
     pub lights: Vec<LightReach>,
     /// Number of lights from which rays were sent, for the first camera.
     pub surveyed: u64,
+    /// Emissive objects, in the order of their facts.
     pub lamps: Vec<Lamp>,
     /// For the first camera.
     pub uneven_lamps: Vec<UnevenLamp>,
@@ -126,9 +125,17 @@ impl LightSurvey {
         }
     }
 
-    /// Returns the body of glass around a lamp. Both are indices into the facts of objects.
+    /// Returns the lamps of an object or a generator, by the index of its facts.
+    pub fn lamps_of_object(&self, object: usize) -> &[Lamp] {
+        let first = self.lamps.partition_point(|lamp| lamp.object < object);
+        let end = self.lamps.partition_point(|lamp| lamp.object <= object);
+        &self.lamps[first..end]
+    }
+
+    /// Returns the body of glass around the first lamp of an object. Both are indices into the facts
+    /// of objects.
     pub fn enclosing_glass(&self, object: usize) -> Option<usize> {
-        self.lamps.iter().find(|lamp| lamp.object == object)?.glass
+        self.lamps_of_object(object).first()?.glass
     }
 
     /// Returns the greatest radiance of emissive objects and of the sky.
@@ -304,13 +311,8 @@ impl<R: Real> LightTracer<'_, R> {
     fn find_obstacle(&self, from: DVec3, direction: DVec3, distance: f64) -> Option<Obstacle> {
         let size = self.scene_facts.bounds_diagonal();
         let start = NEAR * if distance.is_finite() { distance } else { size };
-        let (mut least, end) = (start, distance * (1.0 - NEAR));
         let mut glass = None;
-        for _ in 0..HITS {
-            let Some(hit) = self.closest(from, direction, [least, end]) else {
-                break;
-            };
-            let object = self.facts_index(&hit);
+        let opaque = |object: usize, _| {
             let object_facts = &self.scene_facts.objects[object];
             let is_physical = object_facts
                 .material
@@ -321,9 +323,11 @@ impl<R: Real> LightTracer<'_, R> {
                 SurfaceKind::Body if is_physical => glass = glass.or(Some(object)),
                 SurfaceKind::Body | SurfaceKind::Veil => {}
             }
-            least = hit.t.to_f64();
-        }
-        glass.map(Obstacle::Glass)
+            None
+        };
+        let range = [start, distance * (1.0 - NEAR)];
+        let opaque = self.find_along_ray(from, direction, range, opaque);
+        opaque.or(glass.map(Obstacle::Glass))
     }
 
     fn max_sky_radiance(&self) -> f64 {

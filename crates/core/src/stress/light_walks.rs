@@ -4,20 +4,21 @@
 //! that rounding lets them past the cover of a light.
 
 use glam::DVec3;
-use raywright_bvh::{Interval, Ray, Real, Surface, Vector};
+use raywright_bvh::{Hit, Interval, Ray, Real, Surface, Vector};
 
 use super::directions::directions_in_cone;
 use super::facts::{ObjectFacts, SurfaceKind, unit_random};
 use super::light_tracer::{LightTracer, VisiblePoint};
+use super::ray_hits::{HITS, hits_along_ray};
 use crate::light::ShadowRayTarget;
+use crate::material::{ShadingFrame, sample_cosine_hemisphere};
 use crate::scene::{LightKind, MaterialModel};
 
 /// Numbers of walks from a light: that all lights share, and the greatest and least of a light.
 const ALL_WALKS: usize = 1 << 17;
 const WALKS: [usize; 2] = [64, 512];
-/// Greatest number of surfaces that scatter a walk, and of surfaces that a ray passes.
+/// Greatest number of surfaces that scatter a walk.
 const BOUNCES: u64 = 6;
-const HITS: usize = 64;
 /// Distance of the points from which a lamp is sampled, in multiples of the lamp's size.
 const AWAY: f64 = 3.0;
 
@@ -179,16 +180,11 @@ impl<R: Real> LightTracer<'_, R> {
 
     /// Returns the first opaque surface on a ray, within a distance.
     fn next_opaque_surface(&self, ray: &Ray<R>, max: R) -> Option<Surface<R>> {
-        let mut range = Interval { min: R::ZERO, max };
-        for _ in 0..HITS {
-            let hit = self.prepared.geometry.closest(ray, range, &mut ())?;
-            let object_facts = &self.scene_facts.objects[self.facts_index(&hit)];
-            if !lets_light_pass(object_facts) {
-                return Some(self.prepared.geometry.surface(ray, &hit));
-            }
-            range.min = hit.t;
-        }
-        None
+        let geometry = &self.prepared.geometry;
+        let mut hits = hits_along_ray(geometry, ray, Interval { min: R::ZERO, max }).take(HITS);
+        let is_opaque =
+            |hit: &Hit<R>| !lets_light_pass(&self.scene_facts.objects[self.facts_index(hit)]);
+        hits.find(is_opaque).map(|hit| geometry.surface(ray, &hit))
     }
 }
 
@@ -220,9 +216,7 @@ fn towards_side<R: Real>(surface: &Surface<R>, side: R::Vec3) -> (R::Vec3, DVec3
 }
 
 /// Returns a direction with the density of diffuse reflection.
-fn diffuse_direction<R: Real>(normal: DVec3, [u, v]: [f64; 2]) -> R::Vec3 {
-    let (z, turn) = (2.0 * u - 1.0, v * core::f64::consts::TAU);
-    let ring = (1.0 - z * z).max(0.0).sqrt();
-    let ball = DVec3::new(ring * libm::cos(turn), ring * libm::sin(turn), z);
-    R::Vec3::from_f64((normal + 0.99 * ball).normalize())
+fn diffuse_direction<R: Real>(normal: DVec3, point: [f64; 2]) -> R::Vec3 {
+    let up = sample_cosine_hemisphere::<f64>(point);
+    R::Vec3::from_f64(ShadingFrame::<f64>::from_normal(normal).to_world(up))
 }

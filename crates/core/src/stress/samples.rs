@@ -1,12 +1,14 @@
 //! Findings from a small picture of each camera: samples that are not finite, rays that were cut
 //! short, and lights that were not reached.
 
+use std::collections::BTreeSet;
+
 use super::chance::LightByChanceNoise;
 use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::LightSurvey;
 use super::small_render::SmallRender;
-use super::{exposed, light_reach, lights};
+use super::{exposure, light_reach, lights};
 use crate::counters::SampleLoss;
 use crate::prepare::UnreachedLight;
 use crate::scene::Triple;
@@ -44,7 +46,7 @@ pub(super) fn check_samples(
     findings.extend(of_lamps);
     let exposures = pictures.iter();
     findings
-        .extend(exposures.filter_map(|picture| exposed::exposure_finding(scene_facts, picture)));
+        .extend(exposures.filter_map(|picture| exposure::exposure_finding(scene_facts, picture)));
     findings
 }
 
@@ -132,7 +134,7 @@ fn is_reported_by_light_checks(
 ) -> bool {
     match subject {
         FindingSubject::Object(index) => {
-            let mut own = survey.lamps.iter().filter(|lamp| lamp.object == index);
+            let mut own = survey.lamps_of_object(index).iter();
             own.any(|lamp| {
                 let has_no_size = light_reach::sizeless_lamp_finding(scene_facts, lamp).is_some();
                 has_no_size || lamp.glass.is_some() && lamp.walks.unseen_walks().is_none()
@@ -178,23 +180,28 @@ fn unreached_lights(
     let Some((first, others)) = pictures.split_first() else {
         return Vec::new();
     };
+    let unreached = |picture: &SmallRender| -> BTreeSet<FindingSubject> {
+        let lights = picture.unreached_lights.iter().map(subject_of);
+        lights.map(|(subject, ..)| subject).collect()
+    };
+    let of_others: Vec<_> = others.iter().map(unreached).collect();
     let everywhere = |(subject, ..): &(FindingSubject, u64, &str)| {
-        let is_unreached = |picture: &SmallRender| {
-            let mut own = picture.unreached_lights.iter().map(subject_of);
-            own.any(|(other, ..)| other == *subject)
-        };
-        others.iter().all(is_unreached)
+        of_others.iter().all(|subjects| subjects.contains(subject))
     };
     let by_picture = first.unreached_lights.iter().map(subject_of);
     let mut found: Vec<_> = by_picture.filter(everywhere).collect();
+    let mut subjects: BTreeSet<_> = found.iter().map(|(subject, ..)| *subject).collect();
     let lights = survey.lights.iter().enumerate();
     let lights = lights.map(|(index, light)| (FindingSubject::Light(index), light.walks));
     let lamps = survey.lamps.iter();
     let lamps = lamps.map(|lamp| (FindingSubject::Object(lamp.object), lamp.walks));
     for (subject, walks) in lights.chain(lamps) {
-        let is_new = found.iter().all(|(other, ..)| *other != subject);
-        let unseen = walks.unseen_walks().filter(|_| is_new);
-        found.extend(unseen.map(|count| (subject, count, UNSEEN)));
+        let Some(count) = walks.unseen_walks() else {
+            continue;
+        };
+        if subjects.insert(subject) {
+            found.push((subject, count, UNSEEN));
+        }
     }
     found
 }

@@ -6,11 +6,10 @@ use raywright_bvh::{Interval, Ray, Real, Vector};
 use super::cameras::CameraView;
 use super::facts::{SceneFacts, SurfaceKind};
 use super::finding::{FindingSubject, StressFinding};
+use super::ray_hits::{HITS, hits_along_ray};
 use crate::dispatch::{PreparedSceneTask, ReadyScene};
 use crate::prepare::PreparedScene;
 
-/// Greatest number of transparent surfaces that a ray passes.
-const HITS: usize = 64;
 /// Share of a ray's length before its end within which a surface counts as the end.
 const NEAR: f64 = 1e-4;
 
@@ -46,24 +45,15 @@ impl SightlineTask<'_> {
     fn is_unoccluded<R: Real>(&self, prepared: &PreparedScene<R>, line: &Sightline) -> bool {
         let from = line.ray.origin - prepared.origin.origin;
         let [from, direction] = [from, line.ray.direction].map(R::Vec3::from_f64);
-        let (ray, mut range) = (
-            Ray::new(from, direction).as_camera_ray(),
-            Interval::positive(),
-        );
-        for _ in 0..HITS {
-            let Some(hit) = prepared.geometry.closest(&ray, range, &mut ()) else {
-                return true;
-            };
+        let ray = Ray::new(from, direction).as_camera_ray();
+        let hits = hits_along_ray(&prepared.geometry, &ray, Interval::positive());
+        let mut ends = hits.take(HITS).filter_map(|hit| {
             let object = self.scene_facts.facts_index(hit.outermost_id());
-            if hit.t.to_f64() >= line.distance * (1.0 - NEAR) || line.own == Some(object) {
-                return true;
-            }
-            if self.scene_facts.objects[object].surface_kind == SurfaceKind::Opaque {
-                return false;
-            }
-            range.min = hit.t;
-        }
-        false
+            let is_end = hit.t.to_f64() >= line.distance * (1.0 - NEAR) || line.own == Some(object);
+            let is_opaque = self.scene_facts.objects[object].surface_kind == SurfaceKind::Opaque;
+            (is_end || is_opaque).then_some(is_end)
+        });
+        ends.next().unwrap_or(true)
     }
 }
 

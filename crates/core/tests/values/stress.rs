@@ -4,7 +4,7 @@
 mod causes;
 mod data;
 mod depth;
-mod exposed;
+mod exposures;
 mod hidden_light;
 mod lamps;
 mod light;

@@ -45,7 +45,7 @@ pub(super) fn exposure_finding(
         return None;
     };
     let reason = format!(
-        "with an `exposure` of {own} stops, the picture is shown as {shown} nearly everywhere, although its radiances differ"
+        "with an `exposure` of {own} stops, the picture is shown as {shown} nearly everywhere"
     );
     let remedy = match display.find_unclipped_exposure(picture) {
         Some(stops) => format!(

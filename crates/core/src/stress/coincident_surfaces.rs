@@ -3,7 +3,8 @@
 
 use raywright_bvh::{Hit, Interval, Ray, Real};
 
-use super::crossings::coincident_distance;
+use super::ray_crossings::coincident_distance;
+use super::ray_hits::hits_along_ray;
 use super::ray_survey::{RaySurvey, record_maximum, record_sighting};
 use super::rays::SurveyRayTracer;
 
@@ -29,16 +30,12 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             origin: first.surface.point - ray.direction * half,
             ..*ray
         };
-        let mut range = Interval {
+        let range = Interval {
             min: R::ZERO,
             max: half + half,
         };
         let mut found: Vec<usize> = Vec::new();
-        for _ in 0..HITS {
-            let Some(hit) = geometry.closest(&short, range, &mut ()) else {
-                return;
-            };
-            range.min = hit.t;
+        for hit in hits_along_ray(geometry, &short, range).take(HITS) {
             let other = self.ray_crossing(&short, &hit);
             let apart = coincident_distance(ray, &first, &other);
             if let Some(apart) = apart.filter(|_| !found.contains(&other.object)) {
