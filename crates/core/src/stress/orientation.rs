@@ -1,7 +1,7 @@
 //! Meshes with the wrong orientation, judged by what the cameras see of it. A one-sided mesh is
 //! hidden where it should be visible, or the reverse.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::count::CountAndFirst;
 use super::facts::{ObjectFacts, SurfaceKind};
@@ -43,12 +43,12 @@ impl<'a> OrientationTable<'a> {
             }
             let mut flipped = tally.some.clone();
             flipped.sort_unstable();
-            let is_inverted = |first: u32| inverted.iter().any(|part| part.first == first);
+            let inverted: BTreeSet<u32> = inverted.iter().map(|part| part.first).collect();
             let parts = topology.components.iter();
             let orientation = MeshOrientation {
                 has_more: tally.count > flipped.len() as u64,
                 flipped,
-                inside_out: parts.map(|part| is_inverted(part.first)).collect(),
+                inside_out: parts.map(|part| inverted.contains(&part.first)).collect(),
                 component_of: &topology.component_of,
             };
             Some((mesh, orientation))
