@@ -177,6 +177,22 @@ pub(super) fn compute_candidates_of_rows(
     }
 }
 
+/// Two filtered replicates of a window.
+struct FilteredPair {
+    /// Indices of the replicates.
+    filtered: [usize; 2],
+    /// Light of the replicates with dimmed fireflies.
+    targets: [ColourPlanes; 2],
+    /// Albedo of the replicates, by which light is divided before the filter.
+    floors: [ColourPlanes; 2],
+    /// Targets divided by floors.
+    divided: [ColourPlanes; 2],
+    /// Filtered light, divided by the floors.
+    light: FilterOutput,
+    /// Filtered emission; `None` if the emission has no noise.
+    emission: Option<FilterOutput>,
+}
+
 impl WindowReplicates {
     /// Filters two replicates, with indices `filtered`, by weights computed from the two replicates
     /// `by`. Adds the changes to the candidates `out` of the tile `core`.
@@ -237,10 +253,36 @@ impl WindowReplicates {
                 workspace,
             )
         });
-        let core = places[1];
+        let pair = FilteredPair {
+            filtered,
+            targets,
+            floors,
+            divided,
+            light,
+            emission,
+        };
+        self.add_candidates(&pair, places[1], window.width, out);
+    }
+
+    /// Adds the changes of a filtered pair of replicates to the candidates `out` of the tile
+    /// `core`. `width` is the width of the window in pixels.
+    fn add_candidates(
+        &self,
+        pair: &FilteredPair,
+        core: Window,
+        width: usize,
+        out: &mut [PixelCandidates],
+    ) {
+        let FilteredPair {
+            filtered,
+            targets,
+            floors,
+            divided,
+            light,
+            emission,
+        } = pair;
         for (index, out) in out.iter_mut().enumerate() {
-            let position =
-                (core.y + index / core.width) * window.width + core.x + index % core.width;
+            let position = (core.y + index / core.width) * width + core.x + index % core.width;
             for k in 0..2 {
                 let partner = filtered[1 - k];
                 for i in 0..3 {

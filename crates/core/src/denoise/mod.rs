@@ -22,13 +22,16 @@
 //! The bits of the result depend on the film alone: tiles have a fixed size, and sums are added row
 //! by row. Pixels at the edge of a crop have fewer neighbours than in the whole picture.
 
+mod block_errors;
 mod candidate_mixture;
+mod candidate_shares;
 mod candidates;
 mod error_estimate;
 mod features;
 mod filter;
 mod filter_rows;
 mod guide;
+mod pixel_statistics;
 mod plane;
 pub(crate) mod requirements;
 mod row_kernels;

@@ -277,7 +277,7 @@ fn relative_error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
         rgb.iter()
             .map(|&c| {
                 (f64::from(c) - truth(pixel)).powi(2)
-                    / (truth(pixel).powi(2) + candidate_mixture::FLOOR)
+                    / (truth(pixel).powi(2) + pixel_statistics::FLOOR)
             })
             .sum::<f64>()
     };

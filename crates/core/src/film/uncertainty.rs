@@ -42,6 +42,8 @@
 //! by chance alone. If many such paths were traced and few hit a lamp, most of that light is
 //! missing. The number of hits is a Poisson number, known within a sixth at forty.
 
+use core::ops::Range;
+
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
@@ -134,16 +136,11 @@ impl Film {
         if fewest < 2 {
             return None;
         }
-        let height = self.plan.crop.height as usize;
-        let bands = || (0..height.div_ceil(BAND_ROWS)).into_par_iter();
-        let rows = |band: usize| band * BAND_ROWS..((band + 1) * BAND_ROWS).min(height);
-        // Collected in order, so that the sums do not depend on the order of completion.
-        let of_bands: Vec<([VarianceSum; 2], LeaveOneOutStats)> = bands()
-            .map(|band| self.sum_variances_of_rows(&planes, rows(band), fewest))
-            .collect();
         let (mut sums, mut leave_one_out) =
             ([VarianceSum::default(); 2], LeaveOneOutStats::default());
-        for (of_band, again_in_band) in of_bands {
+        for (of_band, again_in_band) in
+            self.compute_by_bands(|rows| self.sum_variances_of_rows(&planes, rows, fewest))
+        {
             sums.iter_mut()
                 .zip(of_band)
                 .for_each(|(sum, of)| *sum += of);
@@ -156,10 +153,9 @@ impl Film {
         );
         let mut vouched = VarianceSum::default();
         if is_rare || is_confirmed {
-            let bands: Vec<VarianceSum> = bands()
-                .map(|band| self.sum_confirmed_light(&planes, rows(band), fewest))
-                .collect();
-            bands.into_iter().for_each(|of_band| vouched += of_band);
+            self.compute_by_bands(|rows| self.sum_confirmed_light(&planes, rows, fewest))
+                .into_iter()
+                .for_each(|of_band| vouched += of_band);
         }
         let is_few = if is_confirmed {
             vouched.is_dominated_by_few_pixels()
@@ -199,6 +195,16 @@ impl Film {
             },
             is_rare && vouched.is_light_rare(),
         ))
+    }
+
+    /// Computes a value for each band of pixel rows in parallel. Returns the values in order, so
+    /// that their sum does not depend on the order of completion.
+    fn compute_by_bands<T: Send>(&self, compute: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+        let height = self.plan.crop.height as usize;
+        (0..height.div_ceil(BAND_ROWS))
+            .into_par_iter()
+            .map(|band| compute(band * BAND_ROWS..((band + 1) * BAND_ROWS).min(height)))
+            .collect()
     }
 
     /// Whether many paths can hit lamps or suns only by chance, through mirrors or glass, with too

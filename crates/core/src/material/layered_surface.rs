@@ -1,9 +1,6 @@
 //! Layered surfaces: the metallic-roughness model of glTF with the layers of its extensions.
 
-use super::albedo::Albedo;
 use super::bsdf::Bsdf;
-use super::diffuse_base::{DiffuseBase, MicrofacetLayer, NonSchlickReflectance};
-use super::energy::{EnergyComplement, multiple_scattering_factors};
 use super::fresnel::FresnelRule;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use super::glass_layer::{ThinDielectric, TintedDielectric, TintedFresnel};
@@ -161,7 +158,7 @@ impl<N: Number> LayeredSurface<N> {
 
     /// Returns the mask of the SIMD lanes with anisotropic microfacets, and these microfacets;
     /// `None` if all lanes are isotropic.
-    fn anisotropic_ggx(&self) -> Option<(N::Mask, Ggx<N>)> {
+    pub(super) fn anisotropic_ggx(&self) -> Option<(N::Mask, Ggx<N>)> {
         let Anisotropy { strength, frame } = self.anisotropy?;
         let mask = strength.greater_than(N::ZERO);
         mask.any_lane()
@@ -225,121 +222,6 @@ impl<N: Number> LayeredSurface<N> {
             list.add_ggx(self.surface_ggx(normal), reflectance, roughness);
         }
         self.add_glass(&mut list, through, outside);
-    }
-
-    /// Adds the lobe of the diffuse base below the microfacets and of the multiple scattering among
-    /// the microfacets. `over` is 1 in lanes where microfacets cover the base, else 0.
-    fn add_diffuse(
-        &self,
-        list: &mut LayerLobeBuilder<'_, N>,
-        reflectance: &MicrofacetReflectance<N>,
-        over: N,
-    ) {
-        let (albedo, zero) = (self.base.albedo(), N::Vec3::ZERO);
-        let (back, through) = self.diffuse_transmission.map_or(
-            (albedo, zero),
-            |DiffuseTransmissionLayer { share, colour }| {
-                (
-                    albedo * (N::ONE - share),
-                    colour * (self.base.opaque_dielectric_share() * share),
-                )
-            },
-        );
-        let roughness = self.base.roughness;
-        // Anisotropic microfacets count as rough, even if the smoother of their axes is smooth.
-        let (anisotropic, mut rough) = (
-            self.anisotropic_ggx(),
-            roughness.greater_than(N::from_f64(LEAST_ROUGHNESS)),
-        );
-        let mean = Albedo::mean_anisotropic(roughness, &anisotropic);
-        if let Some((anisotropy, _)) = anisotropic {
-            rough = anisotropy | rough;
-        }
-        let (mut scattered, mut own) = (zero, N::ZERO);
-        let layer = [
-            reflectance.dielectric[0].max_element() * over,
-            reflectance.dielectric[1].max_element() * over,
-        ];
-        if self.multiple_scattering && rough.any_lane() {
-            let (dielectric, all) = multiple_scattering_factors::<N>(
-                layer,
-                reflectance.metal,
-                reflectance.shares,
-                mean.multiple_scattering_loss,
-            );
-            (own, scattered) = (
-                N::select(rough, dielectric, N::ZERO),
-                N::Vec3::select(rough, all, zero),
-            );
-        }
-        if !back
-            .max(through)
-            .max(scattered)
-            .max_element()
-            .greater_than(N::ZERO)
-            .any_lane()
-        {
-            return;
-        }
-        // Only dielectric microfacets lie over the base. Metal lies beside the base and takes no
-        // light from it.
-        let alone = MicrofacetReflectance {
-            shares: [over, N::ZERO],
-            ..*reflectance
-        };
-        let literal = (self.rule == FresnelRule::Model).then(|| {
-            let mixed = MicrofacetReflectance {
-                shares: [N::ONE - self.base.metallic, self.base.metallic],
-                ..*reflectance
-            };
-            [N::ONE, N::ZERO].map(|cosine| mixed.eval(cosine).max_element() * over)
-        });
-        let filmed = reflectance
-            .film
-            .map_or(N::Mask::default(), |film| film.share.greater_than(N::ZERO));
-        let none = N::Mask::default();
-        let (exact, anisotropy) = (
-            reflectance
-                .exact
-                .filter(|_| over.greater_than(N::ZERO).any_lane()),
-            anisotropic.map_or(none, |(mask, _)| mask),
-        );
-        let indexed = exact.map_or(none, |ior| {
-            let beyond_air = |lane| {
-                if N::f64_lane(ior, lane) >= 1.0 {
-                    1.0
-                } else {
-                    0.0
-                }
-            };
-            N::from_lanes(beyond_air).greater_than(N::ZERO)
-        });
-        let mask = if reflectance.exact.is_some() {
-            !none
-        } else {
-            filmed
-        };
-        let curve = mask.any_lane().then_some(NonSchlickReflectance {
-            mask,
-            reflectance: alone,
-            tabulated_lanes: indexed & !anisotropy & !filmed,
-        });
-        let energy_complement = EnergyComplement::new([layer[0], layer[1], own], roughness);
-        let top = MicrofacetLayer {
-            energy_complement,
-            anisotropic,
-            non_schlick: curve,
-            gltf_reflectances: literal,
-        }
-        .with_view(list.wo, list.bsdf.normal().dot(list.wo));
-        let both = through.max_element().greater_than(N::ZERO).any_lane();
-        list.push_lobe(LayerLobe::Diffuse(DiffuseBase {
-            reflectance: back,
-            transmittance: through,
-            multiple_scattering: scattered,
-            transmits: both,
-            microfacets: top,
-        }));
     }
 
     /// Adds the boundary lobes of glass, which covers a share of the surface.
@@ -412,15 +294,15 @@ impl<N: Number> LayeredSurface<N> {
 }
 
 /// Builder that adds lobes to a BSDF, each under the current coating.
-struct LayerLobeBuilder<'a, N: Number> {
-    bsdf: &'a mut LayeredBsdf<N>,
-    wo: N::Vec3,
+pub(super) struct LayerLobeBuilder<'a, N: Number> {
+    pub(super) bsdf: &'a mut LayeredBsdf<N>,
+    pub(super) wo: N::Vec3,
     coating: Coating<N>,
 }
 
 impl<N: Number> LayerLobeBuilder<'_, N> {
     /// Adds a lobe under the current coating.
-    fn push_lobe(&mut self, lobe: LayerLobe<N>) {
+    pub(super) fn push_lobe(&mut self, lobe: LayerLobe<N>) {
         self.bsdf.add_lobe(CoatedLobe::new(
             lobe,
             self.coating,

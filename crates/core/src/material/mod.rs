@@ -32,6 +32,7 @@ mod interface;
 mod lambert;
 mod layer_fields;
 mod layer_lobes;
+mod layered_diffuse;
 mod layered_surface;
 mod lobe;
 mod lobe_traits;

@@ -181,6 +181,26 @@ pub fn measure_degenerate_lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![create_treeless_measurement::<R>(outcome)]
 }
 
+/// Returns a square lattice of two triangles a cell, in the plane across an axis, with its middle
+/// at the origin. It has `cells` cells of edge 1 along each side.
+fn triangle_lattice<R: Real>(axis: usize, cells: i32) -> Geometry<R> {
+    let (x, y) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
+    let mut group = PrimitiveSet::<R>::default();
+    for cell in 0..cells * cells {
+        let corner =
+            x * f64::from(cell % cells - cells / 2) + y * f64::from(cell / cells - cells / 2);
+        for face in [
+            [corner, corner + x, corner + x + y],
+            [corner, corner + x + y, corner + y],
+        ] {
+            group
+                .add_triangle(face.map(|p| to_scalar::<R>(p)), Visibility::default())
+                .expect("finite corners");
+        }
+    }
+    Geometry::new(group, AcceleratorKind::default())
+}
+
 /// Measures case F02: a camera that looks straight at the middle of a lattice of triangles. Ray
 /// directions contain positive and negative zeros, and rays lie in planes through edges. The
 /// picture has an odd number of pixels, and the ray of each pixel must hit the lattice.
@@ -189,70 +209,56 @@ pub fn measure_symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     /// Number of pixels along each side: one per half cell of the lattice, without the border.
     const ODD: u32 = 2 * CELLS as u32 - 1;
     const FAR: f64 = 10.0;
-    let lattice = |axis: usize| {
-        let (x, y) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
-        let mut group = PrimitiveSet::<R>::default();
-        for cell in 0..CELLS * CELLS {
-            let corner =
-                x * f64::from(cell % CELLS - CELLS / 2) + y * f64::from(cell / CELLS - CELLS / 2);
-            for face in [
-                [corner, corner + x, corner + x + y],
-                [corner, corner + x + y, corner + y],
-            ] {
-                group
-                    .add_triangle(face.map(|p| to_scalar::<R>(p)), Visibility::default())
-                    .expect("finite corners");
-            }
-        }
-        Geometry::new(group, AcceleratorKind::default())
-    };
     let height = f64::from(ODD) * 0.5;
     let degrees = 2.0 * libm::atan(0.5 * height / FAR).to_degrees();
-    measure_by_each_kernel((0..3).map(lattice).collect(), |trees| {
-        let view = |view: usize| {
-            let (axis, side) = (view / 4, [1.0, -1.0][view % 2]);
-            let (right, up, back) = (
-                DVec3::AXES[(axis + 1) % 3] * side,
-                DVec3::AXES[(axis + 2) % 3],
-                DVec3::AXES[axis] * side,
-            );
-            let [eye, right, up, back] = [back * FAR, right, up, back].map(|v| v.to_array());
-            let projection = if (view / 2).is_multiple_of(2) {
-                Projection::Orthographic { height }
-            } else {
-                Projection::Pinhole(pinhole_of_angle(degrees))
-            };
-            let camera = PreparedCamera::<R>::new(
-                &camera_with_pose(
-                    Pose::Axes {
-                        eye,
-                        right,
-                        up,
-                        back,
-                    },
-                    projection,
-                ),
-                [ODD; 2],
-            );
-            // The rays are so few that all are traced for any requested number.
-            judge_rays("F02", 503, ODD * ODD, rays, |rng| {
-                let [x, y] = [rng.ray_index() as u32 % ODD, rng.ray_index() as u32 / ODD];
-                let ray = camera.generate_ray(
-                    R::from_f64(f64::from(x) + 0.5),
-                    R::from_f64(f64::from(y) + 0.5),
-                    [0.0; 2],
+    measure_by_each_kernel(
+        (0..3).map(|axis| triangle_lattice(axis, CELLS)).collect(),
+        |trees| {
+            let view = |view: usize| {
+                let (axis, side) = (view / 4, [1.0, -1.0][view % 2]);
+                let (right, up, back) = (
+                    DVec3::AXES[(axis + 1) % 3] * side,
+                    DVec3::AXES[(axis + 2) % 3],
+                    DVec3::AXES[axis] * side,
                 );
-                let is_seen = trees[axis]
-                    .closest(&ray, Interval::positive(), &mut ())
-                    .is_some();
-                Verdict::from_condition(is_seen, || {
-                    format!(
-                        "the ray misses the lattice that fills the picture, in view {view}, pixel {x}, {y}{}",
-                        format_ray_bits(&ray)
-                    )
+                let [eye, right, up, back] = [back * FAR, right, up, back].map(|v| v.to_array());
+                let projection = if (view / 2).is_multiple_of(2) {
+                    Projection::Orthographic { height }
+                } else {
+                    Projection::Pinhole(pinhole_of_angle(degrees))
+                };
+                let camera = PreparedCamera::<R>::new(
+                    &camera_with_pose(
+                        Pose::Axes {
+                            eye,
+                            right,
+                            up,
+                            back,
+                        },
+                        projection,
+                    ),
+                    [ODD; 2],
+                );
+                // The rays are so few that all are traced for any requested number.
+                judge_rays("F02", 503, ODD * ODD, rays, |rng| {
+                    let [x, y] = [rng.ray_index() as u32 % ODD, rng.ray_index() as u32 / ODD];
+                    let ray = camera.generate_ray(
+                        R::from_f64(f64::from(x) + 0.5),
+                        R::from_f64(f64::from(y) + 0.5),
+                        [0.0; 2],
+                    );
+                    let is_seen = trees[axis]
+                        .closest(&ray, Interval::positive(), &mut ())
+                        .is_some();
+                    Verdict::from_condition(is_seen, || {
+                        format!(
+                            "the ray misses the lattice that fills the picture, in view {view}, pixel {x}, {y}{}",
+                            format_ray_bits(&ray)
+                        )
+                    })
                 })
-            })
-        };
-        (0..12).map(view).reduce(CaseOutcome::merge).expect("views")
-    })
+            };
+            (0..12).map(view).reduce(CaseOutcome::merge).expect("views")
+        },
+    )
 }

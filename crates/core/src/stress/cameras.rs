@@ -198,15 +198,16 @@ fn camera_in_body_findings(
     view: &CameraView,
     survey: &RaySurvey,
 ) -> Vec<StressFinding> {
-    let mut findings = Vec::new();
-    for (&object, sighting) in &survey.bodies_around_camera {
+    let mut findings: Vec<StressFinding> = survey
+        .bodies_around_camera
+        .iter()
+        .map(|(&object, sighting)| {
         let body = scene_facts.objects[object]
             .subject
             .display_name(scene_facts.scene);
         let reason = format!(
             "it is inside {body}, which is transparent: everything is seen from inside that body"
         );
-        findings.push(
             StressFinding::new(
                 FindingCode::CameraInBody,
                 Severity::Harmless,
@@ -219,9 +220,20 @@ fn camera_in_body_findings(
                 survey.rays,
                 "rays",
                 "leave the body without entering it",
-            ),
-        );
-    }
+            )
+        })
+        .collect();
+    findings.extend(enclosing_body_finding(scene_facts, view, survey));
+    findings
+}
+
+/// Finds an opaque body around the camera whose inside fills the whole picture, although the scene
+/// has other objects.
+fn enclosing_body_finding(
+    scene_facts: &SceneFacts<'_>,
+    view: &CameraView,
+    survey: &RaySurvey,
+) -> Option<StressFinding> {
     let alone = survey
         .first_within
         .iter()
@@ -237,32 +249,28 @@ fn camera_in_body_findings(
         scene_facts.objects[object].surface_kind == SurfaceKind::Opaque
             && may_contain_point(scene_facts, object, view.eye())
     };
-    if let Some((&object, sighting)) =
-        alone.filter(|(object, _)| others(**object) && encloses(**object))
-    {
-        let body = scene_facts.objects[object]
-            .subject
-            .display_name(scene_facts.scene);
-        let reason = format!(
-            "it is inside {body} and sees nothing but that body's inside, although the scene has other objects"
-        );
-        findings.push(
-            StressFinding::new(
-                FindingCode::CameraInBody,
-                Severity::PictureWrong,
-                view.subject,
-                reason,
-                "move the camera out of the body (`pose`, or render with --eye)",
-            )
-            .with_count(
-                sighting.count,
-                survey.rays,
-                "rays",
-                "hit the body's inside first",
-            ),
-        );
-    }
-    findings
+    let (&object, sighting) = alone.filter(|(object, _)| others(**object) && encloses(**object))?;
+    let body = scene_facts.objects[object]
+        .subject
+        .display_name(scene_facts.scene);
+    let reason = format!(
+        "it is inside {body} and sees nothing but that body's inside, although the scene has other objects"
+    );
+    Some(
+        StressFinding::new(
+            FindingCode::CameraInBody,
+            Severity::PictureWrong,
+            view.subject,
+            reason,
+            "move the camera out of the body (`pose`, or render with --eye)",
+        )
+        .with_count(
+            sighting.count,
+            survey.rays,
+            "rays",
+            "hit the body's inside first",
+        ),
+    )
 }
 
 /// Returns whether a point may be inside an object. Always true for closed shapes; for a mesh its

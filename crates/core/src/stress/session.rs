@@ -117,19 +117,7 @@ impl StressSession<'_> {
             };
             let loss = looks.pictures.last().and_then(measure);
             looks.depth_losses.extend(loss);
-            let (gaps, leaks) = (ready.find_unresolved_gaps(), ready.find_light_leaks());
-            looks.leaks.extend(leaks.iter().filter_map(|leak| {
-                let LampRef::Object(lamp) = leak.lamp else {
-                    return None;
-                };
-                Some([lamp, leak.cover].map(|object| scene_facts.facts_index(object as u32)))
-            }));
-            findings.extend(bodies::closed_gap_findings(
-                &scene_facts,
-                &data.doubles,
-                &gaps,
-                &leaks,
-            ));
+            findings.extend(check_gaps_and_leaks(&ready, &data, &mut looks));
             check_cancelled(self.observer)?;
             progress(2 + 3 * done as u64);
         }
@@ -158,10 +146,7 @@ impl StressSession<'_> {
         furnaces: &[FurnaceAlbedo],
     ) -> Vec<StressFinding> {
         let (scene_facts, settings) = (data.scene_facts, self.settings);
-        let survey = looks.rays.iter().cloned().reduce(RaySurvey::combine);
-        let survey = survey.unwrap_or_default();
-        let lights = looks.lights.iter().cloned().reduce(LightSurvey::combine);
-        let lights = lights.unwrap_or_default();
+        let (survey, lights) = looks.combine_surveys();
         let bodies = BodyChecks {
             scene_facts,
             topologies: data.topologies,
@@ -323,6 +308,23 @@ impl StressSession<'_> {
     }
 }
 
+/// Finds gaps that the precision closes and light that leaks, seen by the camera of `ready`. The
+/// leaks are added to `looks`.
+fn check_gaps_and_leaks(
+    ready: &ReadyScene,
+    data: &SceneData<'_>,
+    looks: &mut CameraCheckResults,
+) -> Vec<StressFinding> {
+    let (gaps, leaks) = (ready.find_unresolved_gaps(), ready.find_light_leaks());
+    looks.leaks.extend(leaks.iter().filter_map(|leak| {
+        let LampRef::Object(lamp) = leak.lamp else {
+            return None;
+        };
+        Some([lamp, leak.cover].map(|object| data.scene_facts.facts_index(object as u32)))
+    }));
+    bodies::closed_gap_findings(data.scene_facts, &data.doubles, &gaps, &leaks)
+}
+
 /// Results of the rays of each camera.
 #[derive(Default)]
 struct CameraCheckResults {
@@ -336,6 +338,13 @@ struct CameraCheckResults {
 }
 
 impl CameraCheckResults {
+    /// Returns the surveys of camera rays and of light, each combined over the cameras.
+    fn combine_surveys(&self) -> (RaySurvey, LightSurvey) {
+        let rays = self.rays.iter().cloned().reduce(RaySurvey::combine);
+        let lights = self.lights.iter().cloned().reduce(LightSurvey::combine);
+        (rays.unwrap_or_default(), lights.unwrap_or_default())
+    }
+
     /// Returns the work of all checks, summed over the cameras.
     fn merge_check_runs(&self, furnaces: CheckRun) -> Vec<CheckRun> {
         let rays = self.rays.iter().map(RaySurvey::to_check_run);

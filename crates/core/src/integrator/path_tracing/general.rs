@@ -14,7 +14,7 @@ use super::{PathState, PathTracer, classic};
 use crate::interaction::Interaction;
 use crate::light::{LaneColumn, LightSampleLanes, get_lane_vector};
 use crate::material::{Bsdf, BsdfLobe, Glass, LayeredBsdf, ShadingFrame};
-use crate::prepare::PreparedMaterial;
+use crate::prepare::{ClassicInputs, PhysicalInputs, PreparedMaterial};
 
 /// Lobes of a surface at a hit.
 enum SurfaceLobes<R: Real> {
@@ -23,6 +23,14 @@ enum SurfaceLobes<R: Real> {
     Layered(usize),
     Mixture(MixtureSurface<R>),
 }
+
+/// Surface at a hit: its lobes, the glass from which exact mirror and refracted directions are
+/// computed, and the vertex's normal, lit sides and gain of delta lights.
+type GeneralSurface<R> = (
+    SurfaceLobes<R>,
+    Option<Glass<R>>,
+    (<R as Real>::Vec3, LitSides, R),
+);
 
 /// Surfaces of the vertices in the general queue; kept to reuse the memory of the lists.
 #[derive(Default)]
@@ -71,91 +79,108 @@ impl<R: Real> PathTracer<'_, R> {
         (vertices, surfaces): (&mut VertexList<R>, &mut GeneralSurfaces<R>),
     ) -> bool {
         let scene = self.scene;
-        let context = scene.texture_tables.shading_context(interaction);
-        let (lobes, glass, (normal, sides, gain)) = match &scene.materials
-            [interaction.material as usize]
+        let (lobes, glass, vertex_response) = match &scene.materials[interaction.material as usize]
         {
-            PreparedMaterial::Classic(m) => {
-                // A delta light's unit is the radiance of a white classic surface facing it, not
-                // its irradiance.
-                let gain = R::from_f64(PI);
-                if let Some(mixture) = &m.mixture {
-                    let surface =
-                        MixtureSurface::new(mixture, interaction, m.colour.eval_colour(&context));
-                    let sides = surface.lit_sides(mixture);
-                    (
-                        SurfaceLobes::Mixture(surface),
-                        None,
-                        (interaction.facing_normal(), sides, gain),
-                    )
-                } else {
-                    let mut glass = m
-                        .transmission
-                        .as_ref()
-                        .map(|transmission| transmission.glass);
-                    if let Some(glass) = glass.as_mut().filter(|_| self.has_nested_dielectrics()) {
-                        glass.ior = self.relative_ior(path, interaction, &context);
-                    }
-                    let normal = if glass.is_some() {
-                        interaction.facing_normal()
-                    } else {
-                        interaction.normal
-                    };
-                    let bsdf = classic::build_classic_bsdf(
-                        (m, glass.as_ref()),
-                        &context,
-                        interaction,
-                        normal,
-                    );
-                    let vertex_response = (normal, lit_sides(&bsdf), gain);
-                    (SurfaceLobes::Bsdf(bsdf), glass, vertex_response)
-                }
-            }
+            PreparedMaterial::Classic(m) => self.build_classic_surface(path, interaction, m),
             PreparedMaterial::Physical(m) => {
-                if let Some(layers) = m.layers {
-                    let (bsdf, index) = surfaces.next_layered_bsdf();
-                    let glass = self.build_layered_bsdf(
-                        path,
-                        hit,
-                        interaction,
-                        (m, &scene.layers[layers as usize]),
-                        bsdf,
-                    );
-                    (
-                        SurfaceLobes::Layered(index),
-                        glass,
-                        (bsdf.normal(), lit_sides(bsdf), R::ONE),
-                    )
-                } else {
-                    let mut model = m.metallic_roughness_at(&context);
-                    if self.has_nested_dielectrics() {
-                        self.set_relative_ior(path, interaction, &context, &mut model);
-                    }
-                    let normal = if model.glass.is_some() {
-                        interaction.facing_normal()
-                    } else {
-                        interaction.normal
-                    };
-                    let bsdf = model.transport_bsdf(
-                        normal,
-                        -interaction.direction,
-                        interaction.outside,
-                        scene.compensates,
-                    );
-                    let vertex_response = (normal, lit_sides(&bsdf), R::ONE);
-                    (SurfaceLobes::Bsdf(bsdf), model.glass, vertex_response)
-                }
+                self.build_physical_surface((path, hit, interaction), m, surfaces)
             }
             PreparedMaterial::Unused => return false,
         };
         vertices.batch_with_free_lane().push_vertex(
             position,
             (path, interaction),
-            (normal, sides, gain),
+            vertex_response,
             scene.roulette,
         );
         surfaces.surfaces.push((lobes, glass));
         true
+    }
+
+    /// Builds the lobes of a classic material at a hit.
+    #[inline(always)]
+    fn build_classic_surface(
+        &self,
+        path: &mut PathState<R>,
+        interaction: &Interaction<R>,
+        m: &ClassicInputs<R>,
+    ) -> GeneralSurface<R> {
+        let context = self.scene.texture_tables.shading_context(interaction);
+        // A delta light's unit is the radiance of a white classic surface facing it, not
+        // its irradiance.
+        let gain = R::from_f64(PI);
+        if let Some(mixture) = &m.mixture {
+            let surface = MixtureSurface::new(mixture, interaction, m.colour.eval_colour(&context));
+            let sides = surface.lit_sides(mixture);
+            (
+                SurfaceLobes::Mixture(surface),
+                None,
+                (interaction.facing_normal(), sides, gain),
+            )
+        } else {
+            let mut glass = m
+                .transmission
+                .as_ref()
+                .map(|transmission| transmission.glass);
+            if let Some(glass) = glass.as_mut().filter(|_| self.has_nested_dielectrics()) {
+                glass.ior = self.relative_ior(path, interaction, &context);
+            }
+            let normal = if glass.is_some() {
+                interaction.facing_normal()
+            } else {
+                interaction.normal
+            };
+            let bsdf =
+                classic::build_classic_bsdf((m, glass.as_ref()), &context, interaction, normal);
+            let vertex_response = (normal, lit_sides(&bsdf), gain);
+            (SurfaceLobes::Bsdf(bsdf), glass, vertex_response)
+        }
+    }
+
+    /// Builds the lobes of a physical material at a hit; those of a layered material are stored in
+    /// `surfaces`.
+    #[inline(always)]
+    fn build_physical_surface(
+        &self,
+        (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
+        m: &PhysicalInputs<R>,
+        surfaces: &mut GeneralSurfaces<R>,
+    ) -> GeneralSurface<R> {
+        let scene = self.scene;
+        let context = scene.texture_tables.shading_context(interaction);
+        if let Some(layers) = m.layers {
+            let (bsdf, index) = surfaces.next_layered_bsdf();
+            let glass = self.build_layered_bsdf(
+                path,
+                hit,
+                interaction,
+                (m, &scene.layers[layers as usize]),
+                bsdf,
+            );
+            (
+                SurfaceLobes::Layered(index),
+                glass,
+                (bsdf.normal(), lit_sides(bsdf), R::ONE),
+            )
+        } else {
+            let mut model = m.metallic_roughness_at(&context);
+            if self.has_nested_dielectrics() {
+                self.set_relative_ior(path, interaction, &context, &mut model);
+            }
+            let normal = if model.glass.is_some() {
+                interaction.facing_normal()
+            } else {
+                interaction.normal
+            };
+            let bsdf = model.transport_bsdf(
+                normal,
+                -interaction.direction,
+                interaction.outside,
+                scene.compensates,
+            );
+            let vertex_response = (normal, lit_sides(&bsdf), R::ONE);
+            (SurfaceLobes::Bsdf(bsdf), model.glass, vertex_response)
+        }
     }
 
     /// Evaluates and samples the BSDFs of a batch of general vertices, and sets the properties of

@@ -3,19 +3,22 @@
 //! rays, sky and surfaces each have the caches to themselves. The bits of a path do not depend on
 //! other paths.
 
+mod path_ends;
+mod vertex_inputs;
+
 use raywright_bvh::{Hit, Interval, RayEndTriangles, Real, Vector, run_widest};
 
-use super::super::{CameraRays, PACKET, PacketHits, PathResult, PathResults};
+use super::super::{CameraRays, PACKET, PacketHits, PathResults};
 use super::bsdf_lanes::{BsdfLanes, BsdfTask};
 use super::light::SampledLights;
 use super::scatter::ScatteredRay;
 use super::shade::ShadedLanes;
 use super::vertex_queues::VertexQueues;
 use super::vertices::{VertexLanes, WavefrontSlice};
-use super::{PathState, PathTracer, VertexSamples};
+use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::{LANES, LaneColumn, LightSampleLanes, SkySample};
-use crate::sampler::{SamplePurpose, SampleSequence, sample_4d_batch};
+use crate::sampler::SampleSequence;
 
 /// State of a batch of paths; kept to reuse the memory of the lists.
 #[derive(Default)]
@@ -134,157 +137,6 @@ impl<R: Real> PathTracer<'_, R> {
             &RayEndTriangles::from_start(path.start),
             &mut (),
         )
-    }
-
-    /// Ends the paths without a hit: adds the radiance of the sky or, for camera rays, of the
-    /// backdrop in front of the sky.
-    fn end_escaped_paths(
-        &mut self,
-        Wavefront {
-            paths,
-            active,
-            hits,
-            sky_samples,
-            ..
-        }: &mut Wavefront<R>,
-        directs: &mut [R::Vec3],
-    ) {
-        let escaped = || {
-            active
-                .iter()
-                .zip(&*hits)
-                .filter(|(_, hit)| hit.is_none())
-                .map(|(&index, _)| index as usize)
-        };
-        let backdrop = self.scene.backdrop;
-        let backdrop_of = |path: &PathState<R>| backdrop.filter(|_| path.segments_traced == 0);
-        sky_samples.clear();
-        let under_sky = escaped()
-            .map(|index| &paths[index])
-            .filter(|path| backdrop_of(path).is_none());
-        self.scene.lights.sky.eval_rays(
-            under_sky.map(|path| (path.segment.start_point(), path.segment.ray.direction)),
-            sky_samples,
-        );
-        let before_backdrop = escaped()
-            .map(|index| &paths[index])
-            .filter(|path| backdrop_of(path).is_some());
-        let (mut seen, mut on_ground) = (
-            sky_samples.iter(),
-            self.trace_ground_visibility(before_backdrop).into_iter(),
-        );
-        for index in escaped() {
-            let path = &mut paths[index];
-            let radiance = match backdrop_of(path) {
-                Some(backdrop) => {
-                    let light = on_ground.next().unwrap_or(R::ONE);
-                    path.shadow = R::ONE - light;
-                    backdrop.radiance(path.segment.ray.direction) * light
-                }
-                None => seen.next().map_or(Vector::ZERO, |sky_sample| {
-                    self.weighted_sky_radiance(path, sky_sample)
-                }),
-            };
-            let arriving = path.throughput * radiance;
-            path.radiance += arriving;
-            if path.segments_traced == 0
-                && let Some(direct) = directs.get_mut(index)
-            {
-                *direct += arriving;
-            }
-        }
-        let mut hit = hits.iter();
-        active.retain(|_| hit.next().is_some_and(Option::is_some));
-        hits.retain(Option::is_some);
-    }
-
-    /// Computes points, frames and texture coordinates of hits, in stages: each prefetches for all
-    /// hits what the next one reads, vertex indices, vertices, and texels.
-    fn compute_interactions(
-        &self,
-        Wavefront {
-            paths,
-            active,
-            hits,
-            interactions,
-            ..
-        }: &mut Wavefront<R>,
-    ) {
-        if interactions.len() < active.len() {
-            interactions.resize(active.len(), Interaction::PLACEHOLDER);
-        }
-        let hits = hits.iter().flatten();
-        let rays = active
-            .iter()
-            .map(|&index| &paths[index as usize].segment.ray);
-        let has_meshes = !self.scene.meshes.is_empty();
-        let with_indices = hits.clone().inspect(|hit| {
-            if has_meshes {
-                self.scene.prefetch_vertex_indices(hit);
-            }
-        });
-        self.scene
-            .geometry
-            .surfaces(rays.zip(with_indices), |k, surface| {
-                interactions[k].surface = surface
-            });
-        if has_meshes {
-            hits.clone()
-                .for_each(|hit| self.scene.prefetch_vertex_attributes(hit));
-        }
-        for ((&index, hit), interaction) in active.iter().zip(hits).zip(interactions) {
-            let segment = &paths[index as usize].segment;
-            interaction.fill_geometry_from_surface(self.scene, &segment.ray, hit);
-            interaction.fill_attributes(self.scene, segment, hit);
-            self.scene.texture_tables.prefetch_texels(interaction);
-        }
-    }
-
-    /// Computes the random numbers that nearly every vertex needs.
-    fn draw_vertex_samples(
-        &self,
-        Wavefront {
-            paths,
-            active,
-            sequences,
-            draws,
-            ..
-        }: &mut Wavefront<R>,
-    ) {
-        let samples_lights = !self.scene.lights.light_sampler().is_empty();
-        sequences.clear();
-        draws.clear();
-        for &index in &*active {
-            let PathState {
-                address,
-                sample_hash,
-                ..
-            } = &paths[index as usize];
-            sequences.push((
-                SampleSequence::from_sample_hash(*sample_hash, *address, SamplePurpose::Scatter),
-                address.index,
-            ));
-            if samples_lights {
-                sequences.push((
-                    SampleSequence::from_sample_hash(*sample_hash, *address, SamplePurpose::Light),
-                    address.index,
-                ));
-            }
-        }
-        sample_4d_batch(sequences.iter().copied(), draws);
-        for (&index, draws) in
-            active
-                .iter()
-                .zip(draws.chunks_exact(if samples_lights { 2 } else { 1 }))
-        {
-            // Directions matter most: they get the first two dimensions of a point, which are the
-            // best stratified.
-            let [u, v, u_roulette, lobe] = draws[0];
-            paths[index as usize].samples = VertexSamples {
-                scatter: [lobe, u, v, u_roulette],
-                light: draws.get(1).copied().unwrap_or_default(),
-            };
-        }
     }
 
     /// Evaluates materials, adds emission, and puts each vertex into the queue of its kind.
@@ -443,41 +295,6 @@ impl<R: Real> PathTracer<'_, R> {
             }
         }
     }
-
-    /// Returns the results of the paths. Clamps their radiance and adds the scene's veil, a
-    /// constant radiance, if the scene has these settings.
-    fn collect_results(
-        &self,
-        wave: &Wavefront<R>,
-        PathResults {
-            paths: results,
-            direct: directs,
-            ..
-        }: &mut PathResults<R>,
-    ) {
-        let share = |path: &PathState<R>| {
-            self.scene
-                .clamp
-                .map(|maximum| radiance_clamp_factor::<R>(path.radiance, maximum))
-        };
-        for (direct, path) in directs.iter_mut().zip(&wave.paths) {
-            *direct = *direct * share(path).unwrap_or(R::ONE) + self.scene.veil;
-        }
-        results.extend(wave.paths.iter().map(|path| {
-            let radiance =
-                share(path).map_or(path.radiance, |share| path.radiance * share) + self.scene.veil;
-            let (coverage, shadow) = if path.has_hit {
-                (R::ONE, R::ZERO)
-            } else {
-                (R::ZERO, path.shadow)
-            };
-            PathResult {
-                radiance,
-                coverage,
-                shadow,
-            }
-        }));
-    }
 }
 
 /// Removes the ended paths from the active paths.
@@ -488,17 +305,6 @@ fn remove_ended_paths<R: Real>(
 ) {
     let mut continues = survives.iter();
     active.retain(|_| continues.next() == Some(&true));
-}
-
-/// Returns the factor that reduces the brightest channel of a radiance to `maximum`; 1 if it is
-/// below.
-fn radiance_clamp_factor<R: Real>(radiance: R::Vec3, maximum: R) -> R {
-    let brightest = radiance.max_element();
-    if brightest > maximum {
-        maximum / brightest
-    } else {
-        R::ONE
-    }
 }
 
 #[cfg(test)]

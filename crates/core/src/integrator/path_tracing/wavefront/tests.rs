@@ -7,6 +7,7 @@ use super::super::super::LightTransport;
 use super::*;
 use crate::counters::Counters;
 use crate::effects::{Effect, EffectSet};
+use crate::integrator::PathResult;
 use crate::prepare::{PreparedMaterial, PreparedScene};
 use crate::sampler::SampleAddress;
 use crate::scene::Scene;

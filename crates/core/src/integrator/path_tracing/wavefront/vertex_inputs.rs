@@ -1,0 +1,99 @@
+//! What the shading of a vertex reads: the interaction at its hit, and its random numbers.
+
+use raywright_bvh::Real;
+
+use super::Wavefront;
+use crate::integrator::path_tracing::{PathState, PathTracer, VertexSamples};
+use crate::interaction::Interaction;
+use crate::sampler::{SamplePurpose, SampleSequence, sample_4d_batch};
+
+impl<R: Real> PathTracer<'_, R> {
+    /// Computes points, frames and texture coordinates of hits, in stages: each prefetches for all
+    /// hits what the next one reads, vertex indices, vertices, and texels.
+    pub(super) fn compute_interactions(
+        &self,
+        Wavefront {
+            paths,
+            active,
+            hits,
+            interactions,
+            ..
+        }: &mut Wavefront<R>,
+    ) {
+        if interactions.len() < active.len() {
+            interactions.resize(active.len(), Interaction::PLACEHOLDER);
+        }
+        let hits = hits.iter().flatten();
+        let rays = active
+            .iter()
+            .map(|&index| &paths[index as usize].segment.ray);
+        let has_meshes = !self.scene.meshes.is_empty();
+        let with_indices = hits.clone().inspect(|hit| {
+            if has_meshes {
+                self.scene.prefetch_vertex_indices(hit);
+            }
+        });
+        self.scene
+            .geometry
+            .surfaces(rays.zip(with_indices), |k, surface| {
+                interactions[k].surface = surface
+            });
+        if has_meshes {
+            hits.clone()
+                .for_each(|hit| self.scene.prefetch_vertex_attributes(hit));
+        }
+        for ((&index, hit), interaction) in active.iter().zip(hits).zip(interactions) {
+            let segment = &paths[index as usize].segment;
+            interaction.fill_geometry_from_surface(self.scene, &segment.ray, hit);
+            interaction.fill_attributes(self.scene, segment, hit);
+            self.scene.texture_tables.prefetch_texels(interaction);
+        }
+    }
+
+    /// Computes the random numbers that nearly every vertex needs.
+    pub(super) fn draw_vertex_samples(
+        &self,
+        Wavefront {
+            paths,
+            active,
+            sequences,
+            draws,
+            ..
+        }: &mut Wavefront<R>,
+    ) {
+        let samples_lights = !self.scene.lights.light_sampler().is_empty();
+        sequences.clear();
+        draws.clear();
+        for &index in &*active {
+            let PathState {
+                address,
+                sample_hash,
+                ..
+            } = &paths[index as usize];
+            sequences.push((
+                SampleSequence::from_sample_hash(*sample_hash, *address, SamplePurpose::Scatter),
+                address.index,
+            ));
+            if samples_lights {
+                sequences.push((
+                    SampleSequence::from_sample_hash(*sample_hash, *address, SamplePurpose::Light),
+                    address.index,
+                ));
+            }
+        }
+        sample_4d_batch(sequences.iter().copied(), draws);
+        for (&index, draws) in
+            active
+                .iter()
+                .zip(draws.chunks_exact(if samples_lights { 2 } else { 1 }))
+        {
+            // Directions matter most: they get the first two dimensions of a point, which are the
+            // best stratified.
+            let [u, v, u_roulette, lobe] = draws[0];
+            paths[index as usize].samples = VertexSamples {
+                scatter: [lobe, u, v, u_roulette],
+                light: draws.get(1).copied().unwrap_or_default(),
+            };
+        }
+    }
+}
