@@ -60,18 +60,14 @@ impl<N: Number> Dielectric<N> {
     ) -> (N::Vec3, [N; 2], N::Mask) {
         let along = directions.wo * self.facet_eta + directions.wi;
         let length = along.dot(along).sqrt();
-        let facet = along / length;
-        let facet = N::Vec3::select(
-            directions.normal.dot(facet).greater_than(N::ZERO),
-            facet,
-            -facet,
-        );
-        let (out, into) = (facet.dot(directions.wo), facet.dot(directions.wi));
+        let wm = along / length;
+        let wm = N::Vec3::select(directions.normal.dot(wm).greater_than(N::ZERO), wm, -wm);
+        let (out, into) = (wm.dot(directions.wo), wm.dot(directions.wi));
         // Equal indices bend no light and determine no microfacet.
         let able = out.greater_than(N::ZERO)
             & N::ZERO.greater_than(into)
             & length.greater_than(N::from_f64(1e-6));
-        (facet, [out, into], able)
+        (wm, [out, into], able)
     }
 }
 
@@ -113,7 +109,7 @@ impl<N: Number> ScatteringLobe<N> for Dielectric<N> {
         let Some(roughness) = self.roughness else {
             return (N::Vec3::ZERO, N::ZERO);
         };
-        let (ggx, (facet, [out, into], able)) = (
+        let (ggx, (wm, [out, into], able)) = (
             Ggx::isotropic(directions.normal, roughness),
             self.refraction_half_vector(directions),
         );
@@ -122,7 +118,7 @@ impl<N: Number> ScatteringLobe<N> for Dielectric<N> {
         let seen = N::from_f64(2.0) * out
             / (directions.cos_wo + ggx.smith_root(directions.wo, directions.cos_wo));
         let denominator = self.facet_eta * out + into;
-        let spread = seen * -into / (ggx.reciprocal_d(facet) * denominator * denominator);
+        let spread = seen * -into / (ggx.reciprocal_d(wm) * denominator * denominator);
         let density = (N::ONE - fresnel(out, self.facet_eta).0) * spread;
         let below = -directions.cos_wi;
         // The factor after the density is Smith's G₁ of the far side over its cosine: masking on
@@ -151,14 +147,14 @@ impl<N: Number> ScatteringLobe<N> for Dielectric<N> {
         let Some(roughness) = self.roughness else {
             return N::Vec3::ZERO;
         };
-        let (eta, facet) = (
+        let (eta, wm) = (
             self.facet_eta,
             sample_wm::<N>(wo, [alpha_from_roughness(roughness); 2], sample_disk(point)),
         );
-        let cosine = wo.dot(facet);
+        let cosine = wo.dot(wm);
         let (reflectance, beyond) = fresnel(cosine, eta);
-        let mirrored = reflect::<N>(wo, facet);
-        let refracted = facet * (eta * cosine - beyond) - wo * eta;
+        let mirrored = reflect::<N>(wo, wm);
+        let refracted = wm * (eta * cosine - beyond) - wo * eta;
         // Light on the wrong side would hit another microfacet and counts as lost.
         let above = mirrored.z().greater_than(N::ZERO);
         let mirrored = N::Vec3::select(above, mirrored, N::Vec3::ZERO);

@@ -166,14 +166,14 @@ impl<N: Number> Ggx<N> {
         point: [N; 2],
     ) -> (N::Vec3, N::Vec3) {
         let frame = self.frame();
-        let facet = frame.to_world(sample_wm::<N>(
+        let wm = frame.to_world(sample_wm::<N>(
             frame.to_local(wo),
             self.alpha,
             sample_disk(point),
         ));
-        let direction = reflect::<N>(wo, facet);
+        let direction = reflect::<N>(wo, wm);
         (
-            facet,
+            wm,
             N::Vec3::select(
                 normal.dot(direction).greater_than(N::ZERO),
                 direction,
@@ -185,8 +185,8 @@ impl<N: Number> Ggx<N> {
 
 /// Returns `wo` mirrored at a unit microfacet normal.
 #[inline(always)]
-pub(super) fn reflect<N: Number>(wo: N::Vec3, facet: N::Vec3) -> N::Vec3 {
-    facet * (N::from_f64(2.0) * wo.dot(facet)) - wo
+pub(super) fn reflect<N: Number>(wo: N::Vec3, wm: N::Vec3) -> N::Vec3 {
+    wm * (N::from_f64(2.0) * wo.dot(wm)) - wo
 }
 
 /// Samples a microfacet normal visible along `wo`, from a uniform point of the unit disk ("Sampling
@@ -209,6 +209,6 @@ pub(super) fn sample_wm<N: Number>(wo: N::Vec3, [ax, ay]: [N; 2], [a, b]: [N; 2]
     let half = N::from_f64(0.5) * (N::ONE + seen.z());
     let b = (N::ONE - half) * (N::ONE - a * a).max(N::ZERO).sqrt() + half * b;
     let up = (N::ONE - a * a - b * b).max(N::ZERO).sqrt();
-    let facet = first * a + second * b + seen * up;
-    N::Vec3::new(ax * facet.x(), ay * facet.y(), facet.z().max(N::ZERO)).normalize()
+    let wm = first * a + second * b + seen * up;
+    N::Vec3::new(ax * wm.x(), ay * wm.y(), wm.z().max(N::ZERO)).normalize()
 }

@@ -349,9 +349,9 @@ impl<N: Number> ScatteringLobe<N> for ThinDielectric<N> {
         let Some(ggx) = &self.ggx else {
             return N::Vec3::ZERO;
         };
-        let (facet, up) = ggx.sample_reflection(frame.normal, wo, point);
+        let (wm, up) = ggx.sample_reflection(frame.normal, wo, point);
         let down = up - frame.normal * (N::from_f64(2.0) * frame.normal.dot(up));
-        let chance = self.reflectance(facet.dot(wo)).max_element();
+        let chance = self.reflectance(wm.dot(wo)).max_element();
         N::Vec3::select(chance.greater_than(choice), up, down)
     }
 

@@ -174,12 +174,12 @@ impl<N: Number> ScatteringLobe<N> for Lobe<N> {
                 return interreflected.sample(frame, wo, local, choice, [u, v]);
             }
             Self::Rough { roughness, .. } => {
-                let facet = sample_wm::<N>(
+                let wm = sample_wm::<N>(
                     local,
                     [alpha_from_roughness(roughness); 2],
                     sample_disk([u, v]),
                 );
-                let mirrored = reflect::<N>(local, facet);
+                let mirrored = reflect::<N>(local, wm);
                 // Light mirrored below the surface would hit another microfacet and counts as lost.
                 // No other lobe may take its direction for transmission.
                 N::Vec3::select(mirrored.z().greater_than(N::ZERO), mirrored, N::Vec3::ZERO)

@@ -59,14 +59,14 @@ fn single_scattering(cosine: f64, roughness: f64) -> [f64; 2] {
     for k in 0..OUTWARDS * AROUND {
         let rest = 1.0 - ((k / AROUND) as f64 + 0.5) / OUTWARDS as f64;
         let turn = 0.25 + 0.5 * ((k % AROUND) as f64 + 0.5) / AROUND as f64;
-        let facet = sample_wm::<f64>(wo, [alpha; 2], sample_disk([1.0 - rest.powi(3), turn]));
-        let into = (facet * (2.0 * wo.dot(facet)) - wo).z;
+        let wm = sample_wm::<f64>(wo, [alpha; 2], sample_disk([1.0 - rest.powi(3), turn]));
+        let into = (wm * (2.0 * wo.dot(wm)) - wo).z;
         if into > 0.0 {
             let cell = 3.0 * rest * rest / (OUTWARDS * AROUND) as f64;
             let scattered = cell * (cosine + own) * into / (cosine * smith(a2, into) + into * own);
             sum = [
                 sum[0] + scattered,
-                sum[1] + scattered * schlick_weight(wo.dot(facet)),
+                sum[1] + scattered * schlick_weight(wo.dot(wm)),
             ];
         }
     }
@@ -80,14 +80,14 @@ fn anisotropic_scattering(wo: DVec3, [wide, fine]: [f64; 2]) -> [f64; 2] {
     for k in 0..OUTWARDS * ALL_AROUND {
         let rest = 1.0 - ((k / ALL_AROUND) as f64 + 0.5) / OUTWARDS as f64;
         let turn = ((k % ALL_AROUND) as f64 + 0.5) / ALL_AROUND as f64;
-        let facet = sample_wm::<f64>(wo, [wide, fine], sample_disk([1.0 - rest.powi(3), turn]));
-        let wi = facet * (2.0 * wo.dot(facet)) - wo;
+        let wm = sample_wm::<f64>(wo, [wide, fine], sample_disk([1.0 - rest.powi(3), turn]));
+        let wi = wm * (2.0 * wo.dot(wm)) - wo;
         if wi.z > 0.0 {
             let cell = 3.0 * rest * rest / (OUTWARDS * ALL_AROUND) as f64;
             let scattered = cell * (wo.z + own) * wi.z / (wo.z * root(wi) + wi.z * own);
             sum = [
                 sum[0] + scattered,
-                sum[1] + scattered * schlick_weight(wo.dot(facet)),
+                sum[1] + scattered * schlick_weight(wo.dot(wm)),
             ];
         }
     }
@@ -229,15 +229,15 @@ fn albedos_are_those_of_the_microsurface() {
         for i in 0..COUNT {
             let [u, v, _] = numbers(1_000_000 * (point + 1) + i);
             let slope = (u / (1.0 - u)).sqrt();
-            let facet = DVec3::new(
+            let wm = DVec3::new(
                 wide * slope * libm::cos(TAU * v),
                 fine * slope * libm::sin(TAU * v),
                 1.0,
             )
             .normalize();
-            let wi = facet * (2.0 * wo.dot(facet)) - wo;
-            if wo.dot(facet) > 0.0 && wi.z > 0.0 {
-                let weight = wo.dot(facet) / (wo.z * facet.z) / (1.0 + lambda(wo) + lambda(wi));
+            let wi = wm * (2.0 * wo.dot(wm)) - wo;
+            if wo.dot(wm) > 0.0 && wi.z > 0.0 {
+                let weight = wo.dot(wm) / (wo.z * wm.z) / (1.0 + lambda(wo) + lambda(wi));
                 (sum, squares) = (sum + weight, squares + weight * weight);
             }
         }

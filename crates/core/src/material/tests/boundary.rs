@@ -32,19 +32,19 @@ fn scattering(cosine: f64, roughness: f64, eta: f64, [outwards, around]: [usize;
     for k in 0..outwards * around {
         let rest = 1.0 - ((k / around) as f64 + 0.5) / outwards as f64;
         let turn = 0.25 + 0.5 * ((k % around) as f64 + 0.5) / around as f64;
-        let facet = sample_wm::<f64>(wo, [alpha; 2], sample_disk([1.0 - rest.powi(3), turn]));
+        let wm = sample_wm::<f64>(wo, [alpha; 2], sample_disk([1.0 - rest.powi(3), turn]));
         let cell = 3.0 * rest * rest / (outwards * around) as f64;
-        let tilt = wo.dot(facet).clamp(0.0, 1.0);
+        let tilt = wo.dot(wm).clamp(0.0, 1.0);
         let beyond2 = 1.0 - eta * eta * (1.0 - tilt * tilt);
         let beyond = beyond2.max(0.0).sqrt();
         let share = fresnel_dielectric(tilt, (beyond2 > 0.0).then_some(beyond), eta);
-        let into = (facet * (2.0 * wo.dot(facet)) - wo).z;
+        let into = (wm * (2.0 * wo.dot(wm)) - wo).z;
         if into > 0.0 {
             let actual = cell * (cosine + own) * into / (cosine * smith(into) + into * own);
             scattered += actual * share;
             clear += if beyond2 > 0.0 { 0.0 } else { actual };
         }
-        let below = wo.z * eta - facet.z * (eta * tilt - beyond);
+        let below = wo.z * eta - wm.z * (eta * tilt - beyond);
         if beyond2 > 0.0 && below > 0.0 {
             let actual = cell * 2.0 * below / (below + smith(below));
             through += actual * (1.0 - share);
