@@ -75,3 +75,28 @@ fn reflections_are_not_blamed_on_glass() {
     let is_deep = |found: &StressFinding| found.code == FindingCode::DepthBelowGlass;
     assert!(!found.iter().any(is_deep), "{:?}", listed(&found));
 }
+
+/// Protects: the second camera's picture has the scene's own depth, whatever depths the first one
+/// was measured with.
+#[test]
+fn each_camera_has_the_depth_of_the_scene() {
+    let mut views = behind_panes(4, "glass", 8);
+    let mut behind = views.cameras[0].clone();
+    let pose = json!({ "look_at": { "eye": [0.5, 0.2, 2.6], "target": [0.5, 0.2, 4] } });
+    behind.pose = serde_json::from_value(pose).expect("a pose");
+    let first = core::mem::replace(&mut views.cameras[0], behind);
+    let alone = summarise_findings(&views);
+    views.cameras.push(first);
+    let both = summarise_findings(&views);
+    let is_deep = |found: &StressFinding| found.code == FindingCode::DepthBelowGlass;
+    assert!(
+        !alone.findings.iter().any(is_deep),
+        "{:?}",
+        listed(&alone.findings)
+    );
+    assert!(
+        both.findings.iter().any(is_deep),
+        "{:?}",
+        listed(&both.findings)
+    );
+}

@@ -32,6 +32,17 @@ fn exposures_that_show_nothing() {
         assert_eq!(listed(&summarise_findings(&of(advised, sky)).findings), []);
     }
     assert_eq!(listed(&summarise_findings(&of(0.0, 1.0)).findings), []);
+    // A wall of light less than a stop above white fills the picture.
+    let wall = scene(&json!({
+        "materials": [paint("wall", json!({ "base_colour": 0, "emission": 3.5 }))],
+        "objects": [object("wall", quad([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]), "wall")],
+    }));
+    let found = summarise_findings(&wall).findings;
+    let mut codes = found.iter().map(|finding| finding.code);
+    assert!(
+        !codes.any(|code| code == FindingCode::BadExposure),
+        "{found:?}"
+    );
 }
 
 /// Protects: bodies that absorb all light of every colour within a share of their thickness are

@@ -147,3 +147,93 @@ fn small_bright_places_of_a_lamp() {
     assert!(finding.reason.contains("of its surface"), "{finding:?}");
     assert_eq!(listed(&summarise_findings(&of(0.3, 20.0)).findings), []);
 }
+
+/// Protects: a light is not reported if its light arrives only after reflections, or
+/// through a shade of paper.
+#[test]
+fn light_that_arrives_by_reflections() {
+    let corridor = |open: bool| {
+        let room = json!({ "box": { "min": [-1, 0, 0], "max": [6, 1, 1] } });
+        let wall = |name: &str, x: f64, from: f64, to: f64| {
+            let shape = json!({ "box": { "min": [x, from, 0], "max": [x + 0.02, to, 1] } });
+            object(name, shape, "white")
+        };
+        let top = if open { 0.7 } else { 1.0 };
+        scene(&json!({
+            "sky": null, "lights": [point([-0.5, 0.4, 0.5], json!({}))],
+            "materials": [paint("white", json!({ "base_colour": 0.9 })), paint("lamp", json!({ "base_colour": 0, "emission": 2 }))],
+            "objects": [object("corridor", room, "white"), wall("upper", 0.2, 0.3, 1.0), wall("lower", 0.4, 0.0, top),
+                        object("panel", quad([5.0, 0.99, 0.3], [0.4, 0.0, 0.0], [0.0, 0.0, 0.4]), "lamp")],
+            "cameras": [{ "pose": { "look_at": { "eye": [4, 0.5, 0.5], "target": [6, 0.5, 0.5] } },
+                          "projection": { "pinhole": { "vertical_fov": 40 } } }],
+        }))
+    };
+    let unreached = |lit: &Scene| {
+        let found = summarise_findings(lit).findings;
+        let mut codes = found.iter().map(|finding| finding.code);
+        codes.any(|code| code == FindingCode::UnreachedLight)
+    };
+    assert!(!unreached(&corridor(true)));
+    assert!(unreached(&corridor(false)));
+    let lantern = |paper: Value| {
+        let mut materials = with_lamp(30.0);
+        materials[1] = paint("paper", paper);
+        scene(&json!({
+            "sky": { "constant": 0.1 }, "materials": materials,
+            "objects": [floor(), object("ball", ball([0.0, 0.0, 0.0], 1.0), "paint"),
+                        object("lantern", ball([0.0, 2.5, 0.0], 0.5), "paper"),
+                        object("bulb", ball([0.0, 2.5, 0.0], 0.1), "lamp")],
+        }))
+    };
+    assert!(!unreached(&lantern(
+        json!({ "diffuse_transmission": { "factor": 0.8 } })
+    )));
+    assert!(unreached(&lantern(json!({}))));
+}
+
+/// Protects: rough glass around a lamp scatters light samples to it, so that it is not found by
+/// chance; and an uneven lamp, or an uneven sky, is no finding where samples suffice.
+#[test]
+fn places_that_samples_find() {
+    let by_chance = |lit: &Scene| {
+        let found = summarise_findings(lit).findings;
+        let mut codes = found.iter().map(|finding| finding.code);
+        codes.any(|code| matches!(code, FindingCode::LightByChance | FindingCode::SkySpikes))
+    };
+    let globe = |roughness: f64| {
+        let mut materials = with_lamp(30.0);
+        materials[1] = paint(
+            "glass",
+            json!({ "transmission": 1, "roughness": roughness }),
+        );
+        scene(&json!({
+            "sky": null, "materials": materials,
+            "render": { "size": [96, 54], "samples": 64, "integrator": "path" },
+            "objects": [floor(), object("ball", ball([1.5, -0.3, 0.0], 0.7), "paint"),
+                        object("globe", ball([0.0, 2.2, 0.0], 1.5), "glass"),
+                        object("bulb", ball([0.0, 2.2, 0.0], 0.1), "lamp")],
+        }))
+    };
+    assert!(by_chance(&globe(0.0)));
+    assert!(!by_chance(&globe(0.9)));
+    let panel = |edge: f64, samples: u32| {
+        let terms =
+            json!({ "base_colour": 0, "emission": format!("20*step({edge}, u)*step({edge}, v)") });
+        scene(&json!({
+            "sky": null,
+            "render": { "size": [96, 54], "samples": samples, "integrator": "path" },
+            "materials": [paint("paint", json!({ "base_colour": 0.6 })), paint("lamp", terms)],
+            "objects": [floor(), object("ball", ball([0.0; 3], 1.0), "paint"),
+                        object("panel", quad([-1.0, 3.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]), "lamp")],
+        }))
+    };
+    assert!(!by_chance(&panel(0.6, 4)));
+    let sky = |samples: u32| {
+        scene(&json!({
+            "sky": { "expression": "0.2 + 300*step(0.9995, dot(d, normalize([1, 2, 1])))" },
+            "render": { "size": [96, 54], "samples": samples, "integrator": "path" },
+        }))
+    };
+    assert!(by_chance(&sky(8)));
+    assert!(!by_chance(&sky(4096)));
+}
