@@ -3,6 +3,7 @@
 use core::ops::Range;
 
 use crate::aabb::PaddedBox;
+use crate::memory::huge_page_vec;
 
 /// A binary tree over boxes. The two children of a node are adjacent in `nodes` and come after it.
 /// Each leaf contains a range of `order`.
@@ -73,7 +74,7 @@ impl BinaryTree {
 /// not copied yet. Returns the copies, and the index of the first copy whose children are not
 /// copied.
 fn copy_top_nodes(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
-    let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
+    let (mut sorted, mut next) = (huge_page_vec(nodes.len()), 0);
     sorted.extend(nodes.first());
     while next < sorted.len() && sorted.len() - next < maximum {
         let BinaryNode { first, count, .. } = sorted[next];

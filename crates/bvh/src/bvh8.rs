@@ -37,6 +37,7 @@ use rayon::prelude::*;
 use crate::aabb::PaddedBox;
 use crate::math::simd::Portable;
 pub(crate) use crate::math::simd::{MaskLanes, WIDTH};
+use crate::memory::huge_page_vec;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
 use crate::slot::PrimitiveSlot;
@@ -178,28 +179,28 @@ pub(crate) struct Bvh8 {
 }
 
 impl Bvh8 {
-    /// Copies the triangles of a set into the blocks. `triangle_of` returns the triangle and the
+    /// Makes the blocks of triangles from a set. `triangle_of` returns the triangle and the
     /// visibility of a slot (the record of a primitive). The slots from `first` on must be in leaf
     /// order. The `index` of each triangle's slot becomes its number for [`Bvh8::triangle`].
-    pub fn fill_triangle_blocks(
+    pub fn make_triangle_blocks(
         &mut self,
         slots: &mut [PrimitiveSlot],
         first: usize,
         triangle_of: impl Fn(&PrimitiveSlot) -> (Triangle<f32>, Visibility) + Sync,
     ) {
-        let blocks = self
-            .blocks
-            .par_iter_mut()
-            .zip(&mut self.leaf_headers)
-            .with_min_len(512);
-        blocks.for_each(|(block, leaf_header)| {
+        let fill = |leaf_header: &mut LeafHeader| {
+            let mut block = Triangle8::EMPTY;
             leaf_header.first += first as u32;
             for lane in 0..usize::from(leaf_header.count) {
                 let (triangle, visibility) = triangle_of(&slots[leaf_header.first as usize + lane]);
                 block.set_triangle(lane, triangle.vertices);
                 leaf_header.set_visibility(lane, visibility);
             }
-        });
+            block
+        };
+        self.blocks = huge_page_vec(self.leaf_headers.len());
+        let leaf_headers = self.leaf_headers.par_iter_mut().with_min_len(512);
+        self.blocks.par_extend(leaf_headers.map(fill));
         // Done last, since the loop above reads the old index of each slot.
         for (number, leaf_header) in self.leaf_headers.iter().enumerate() {
             for lane in 0..usize::from(leaf_header.count) {
@@ -218,13 +219,12 @@ impl Bvh8 {
     }
 
     /// Creates a structure without nodes. The leaf order of its primitives is: spheres, triangles,
-    /// others. Its blocks have no triangles yet, and its rows are not created yet.
+    /// others. Its blocks and its rows are not created yet.
     pub fn new_without_nodes(spheres: usize, triangles: usize, others: usize) -> Self {
         let end = spheres + triangles;
         let block = |first: usize| LeafHeader::new(first, (end - first).min(WIDTH));
         let leaf_headers: Vec<LeafHeader> = (spheres..end).step_by(WIDTH).map(block).collect();
         Self {
-            blocks: vec![Triangle8::EMPTY; leaf_headers.len()],
             leaf_headers,
             single_positions: end..end + others,
             ..Self::default()
@@ -240,6 +240,11 @@ impl Bvh8 {
         self.rows
             .splice(self.always_row_count..self.always_row_count, rows);
         self.always_row_count += self.rows.len() - before;
+    }
+
+    /// Whether leaves refer to blocks of triangles, which may not be made yet.
+    pub fn has_triangle_leaves(&self) -> bool {
+        !self.leaf_headers.is_empty()
     }
 
     /// Whether the structure stores triangles in blocks.

@@ -17,6 +17,7 @@ use super::reinsertion::reinsert_subtrees;
 use super::{BuildQuality, StopCheck};
 use crate::aabb::{PaddedBox, TASK_SIZE};
 use crate::binary::BinaryNode;
+use crate::memory::huge_page_vec;
 
 /// Greatest number of boxes clustered at once. A call of `obvhs` then takes a tenth of a second.
 const MAX_PIECE: usize = 1 << 18;
@@ -69,7 +70,9 @@ impl ClusteredTree {
             first: node.first_index,
             count: node.prim_count,
         };
-        self.tree.nodes.iter().map(node).collect()
+        let mut nodes = huge_page_vec(self.tree.nodes.len());
+        nodes.extend(self.tree.nodes.iter().map(node));
+        nodes
     }
 }
 
@@ -155,6 +158,11 @@ impl<'a> Clustering<'a> {
         collapse(&mut tree, self.max_leaf, self.max_leaf as f32);
         order.copy_from_slice(&tree.primitive_indices);
         looks += self.reinsert_subtrees_unless_stopped(&mut tree, after)?;
+        // Only the nodes are needed from here on.
+        let tree = Bvh2 {
+            nodes: tree.nodes,
+            ..Bvh2::default()
+        };
         Some(ClusteredTree {
             tree,
             boxes_visited: looks,
@@ -222,6 +230,14 @@ impl<'a> Clustering<'a> {
         looks += self.reinsert_subtrees_unless_stopped(&mut tree, 1.0)?;
         let mut bases = Vec::with_capacity(pieces.len());
         let joined = tree.nodes.len();
+        let all = joined
+            + pieces
+                .iter()
+                .map(|piece| piece.tree.nodes.len())
+                .sum::<usize>();
+        let mut nodes = huge_page_vec(all);
+        nodes.append(&mut tree.nodes);
+        tree.nodes = nodes;
         for (number, piece) in pieces.into_iter().enumerate() {
             let base = tree.nodes.len() as u32;
             bases.push(base);

@@ -6,6 +6,7 @@ use obvhs::ploc::morton::morton_encode_u64;
 use rayon::prelude::*;
 
 use crate::aabb::{PaddedBox, TASK_SIZE};
+use crate::memory::huge_page_vec;
 
 /// Greatest integer coordinate of a cell of the Morton curve, on each axis.
 const MAX_CELL: f64 = ((1 << 21) - 1) as f64;
@@ -26,10 +27,12 @@ struct CurvePosition {
 /// Returns the indices of the boxes in the order of the Morton curve, and the number of boxes that
 /// the sorting visited.
 pub(super) fn order_along_morton_curve(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
-    let mut places: Vec<_> = (0..boxes.len() as u32)
-        .into_par_iter()
-        .map(|index| CurvePosition { code: 0, index })
-        .collect();
+    let mut places = huge_page_vec(boxes.len());
+    places.par_extend(
+        (0..boxes.len() as u32)
+            .into_par_iter()
+            .map(|index| CurvePosition { code: 0, index }),
+    );
     let looks = sort_along_morton_curve(&mut places, boxes);
     (places.par_iter().map(|place| place.index).collect(), looks)
 }

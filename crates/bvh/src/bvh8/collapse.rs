@@ -14,8 +14,8 @@ use crate::aabb::{PaddedBox, half_area};
 use crate::binary::BinaryTree;
 use crate::build::{LeafKind, LeafKindLookup};
 use crate::bvh8::row::{PrimitiveRow, RowKind};
-use crate::bvh8::triangle8::{LeafHeader, Triangle8};
-use crate::memory::{filled_huge_page_vec, huge_page_vec};
+use crate::bvh8::triangle8::LeafHeader;
+use crate::memory::huge_page_vec;
 use costs::{AS_INNER, AS_LEAF, FEWER, SubtreeCosts, compute_all_costs, left_child_lane_range};
 use sparse_blocks::merge_sparse_blocks;
 
@@ -297,7 +297,6 @@ impl Bvh8 {
             order.extend(piece.order);
             deepest = deepest.max(piece.deepest);
         }
-        bvh.blocks = filled_huge_page_vec(bvh.leaf_headers.len(), Triangle8::EMPTY);
         Some((bvh, order, deepest))
     }
 }

@@ -66,11 +66,11 @@ impl<R: Real> PrimitiveSet<R> {
     /// hold the only copy. The slots (the primitives' records) from `first` on must be in the
     /// tree's order.
     pub(crate) fn move_triangles_to_blocks(&mut self, bvh: &mut Bvh8, first: usize) {
-        if !bvh.has_triangle_blocks() {
+        if !bvh.has_triangle_leaves() {
             return;
         }
         let triangles = take(&mut self.triangles);
-        bvh.fill_triangle_blocks(&mut self.slots, first, |slot| {
+        bvh.make_triangle_blocks(&mut self.slots, first, |slot| {
             let triangle = triangles[slot.index as usize];
             (
                 Triangle {
