@@ -256,7 +256,21 @@ impl<N: Number> MetallicRoughness<N> {
         outside: N::Mask,
         compensated: bool,
     ) -> Bsdf<N> {
-        let zero = N::Vec3::ZERO;
+        let mut bsdf = Bsdf::new(normal);
+        self.add_lobes_to(&mut bsdf, wo, outside, compensated);
+        bsdf
+    }
+
+    /// Adds the lobes of [`Self::transport_bsdf`] to a BSDF without lobes.
+    #[inline(always)]
+    pub fn add_lobes_to(
+        &self,
+        bsdf: &mut Bsdf<N>,
+        wo: N::Vec3,
+        outside: N::Mask,
+        compensated: bool,
+    ) {
+        let (zero, normal) = (N::Vec3::ZERO, bsdf.normal());
         let through = self.glass_share();
         let glassy = through.greater_than(N::ZERO);
         // For a ray inside a body, the back of the paint has no microfacets.
@@ -268,17 +282,15 @@ impl<N: Number> MetallicRoughness<N> {
         let painted = self.opaque_dielectric_share() * over;
         let (f0, f90) = self.microfacet_reflectances(painted);
         let (diffuse, some) = self.diffuse_lobe([painted, over], normal.dot(wo), compensated);
-        let mut bsdf = if some.any_lane() {
-            Bsdf::new(normal).with_lobe(diffuse)
-        } else {
-            Bsdf::new(normal)
-        };
+        if some.any_lane() {
+            bsdf.add_lobe(diffuse);
+        }
         let f90 = N::Vec3::splat(f90);
         let rough = self.roughness.greater_than(N::from_f64(LEAST_ROUGHNESS));
         if f90.max_element().greater_than(N::ZERO).any_lane() {
             if rough.any_lane() {
                 let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, f, zero));
-                bsdf = bsdf.with_lobe(Lobe::Rough {
+                bsdf.add_lobe(Lobe::Rough {
                     f0,
                     f90,
                     roughness: self.roughness,
@@ -286,16 +298,16 @@ impl<N: Number> MetallicRoughness<N> {
             }
             if (!rough).any_lane() {
                 let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, zero, f));
-                bsdf = bsdf.with_lobe(Lobe::Mirror { f0, f90 });
+                bsdf.add_lobe(Lobe::Mirror { f0, f90 });
             }
         }
         let Some(glass) = self.glass.filter(|_| glassy.any_lane()) else {
-            return bsdf;
+            return;
         };
         let rough = rough & glass.is_refractive();
         for (of, roughness) in [(!rough, None), (rough, Some(self.roughness))] {
             if of.any_lane() {
-                bsdf = bsdf.with_lobe(Lobe::Dielectric(glass.dielectric_lobe(
+                bsdf.add_lobe(Lobe::Dielectric(glass.dielectric_lobe(
                     outside,
                     N::select(of, through, N::ZERO),
                     roughness,
@@ -311,7 +323,6 @@ impl<N: Number> MetallicRoughness<N> {
                 tint,
             )));
         }
-        bsdf
     }
 
     /// Returns the BSDF of [`Self::transport_bsdf`] for lanes that are all rough and opaque (see

@@ -9,7 +9,7 @@ use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::scene::SpecularModel;
 use crate::texture::ShadingContext;
 
-/// Returns the BSDF of a classic surface. Its lobes are:
+/// Adds the lobes of a classic surface to a BSDF without lobes:
 /// - Lambertian, with the albedo `local`·`colour`·`diffuse`;
 /// - a microfacet lobe for the highlight `specular`, with the roughness of the highlight's
 ///   exponent;
@@ -20,18 +20,17 @@ use crate::texture::ShadingContext;
 /// If all lobes together would reflect more than the incident light, the mirror or dielectric keeps
 /// its weight. The highlight gets at most the remainder, and the Lambertian lobe what is left.
 #[inline(always)]
-pub(super) fn build_classic_bsdf<R: Real>(
+pub(super) fn add_classic_lobes<R: Real>(
+    bsdf: &mut Bsdf<R>,
     (m, glass): (&ClassicInputs<R>, Option<&Glass<R>>),
     context: &ShadingContext<'_, R>,
     interaction: &Interaction<R>,
-    normal: R::Vec3,
-) -> Bsdf<R> {
+) {
     let colour = m.colour.eval_colour(context);
     let local = clamp_to_unit(m.local.eval_number(context));
-    let mut bsdf = Bsdf::new(normal);
     let mut taken = R::Vec3::ZERO;
     if let Some(glass) = glass {
-        bsdf = bsdf.with_lobe(Lobe::Dielectric(glass.dielectric_lobe(
+        bsdf.add_lobe(Lobe::Dielectric(glass.dielectric_lobe(
             interaction.outside,
             R::ONE,
             None,
@@ -44,7 +43,7 @@ pub(super) fn build_classic_bsdf<R: Real>(
         } else {
             weight
         });
-        bsdf = bsdf.with_lobe(Lobe::Mirror {
+        bsdf.add_lobe(Lobe::Mirror {
             f0: mirror,
             f90: mirror,
         });
@@ -65,7 +64,7 @@ pub(super) fn build_classic_bsdf<R: Real>(
         )
         .min(R::Vec3::ONE - taken);
         if f0 != R::Vec3::ZERO {
-            bsdf = bsdf.with_lobe(Lobe::Rough {
+            bsdf.add_lobe(Lobe::Rough {
                 f0,
                 f90: f0,
                 roughness: roughness_from_exponent(specular),
@@ -75,10 +74,8 @@ pub(super) fn build_classic_bsdf<R: Real>(
     }
     let albedo = clamp_colour_to_unit::<R>(colour * (local * m.diffuse.eval_number(context)))
         .min(R::Vec3::ONE - taken);
-    if albedo == R::Vec3::ZERO {
-        bsdf
-    } else {
-        bsdf.with_lobe(Lobe::Lambert(Lambert { albedo }))
+    if albedo != R::Vec3::ZERO {
+        bsdf.add_lobe(Lobe::Lambert(Lambert { albedo }));
     }
 }
 

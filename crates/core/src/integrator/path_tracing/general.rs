@@ -17,17 +17,21 @@ use crate::material::{Bsdf, BsdfLobe, Glass, LayeredBsdf, ShadingFrame};
 use crate::prepare::{ClassicInputs, PhysicalInputs, PreparedMaterial};
 
 /// Lobes of a surface at a hit.
-enum SurfaceLobes<R: Real> {
-    Bsdf(Bsdf<R>),
-    /// Index among the layered BSDFs, which are too large to be moved.
+#[derive(Clone, Copy)]
+enum SurfaceLobes {
+    /// Index among the BSDFs. These are built in place, as they are too large to be moved.
+    Bsdf(usize),
+    /// Index among the layered BSDFs.
     Layered(usize),
-    Mixture(MixtureSurface<R>),
+    /// Index among the mixtures.
+    Mixture(usize),
 }
 
 /// Surface at a hit: its lobes, the glass from which exact mirror and refracted directions are
-/// computed, and the vertex's normal, lit sides and gain of delta lights.
+/// computed, and the vertex's normal, lit sides and gain of delta lights. The lobes are stored in
+/// [`GeneralSurfaces`].
 type GeneralSurface<R> = (
-    SurfaceLobes<R>,
+    SurfaceLobes,
     Option<Glass<R>>,
     (<R as Real>::Vec3, LitSides, R),
 );
@@ -37,26 +41,46 @@ type GeneralSurface<R> = (
 pub(super) struct GeneralSurfaces<R: Real> {
     /// The lobes of each surface, and the glass from which exact mirror and refracted directions
     /// are computed.
-    surfaces: Vec<(SurfaceLobes<R>, Option<Glass<R>>)>,
-    /// Layered BSDFs, of which the first `layered_used` are in use.
-    layered: Vec<LayeredBsdf<R>>,
-    layered_used: usize,
+    surfaces: Vec<(SurfaceLobes, Option<Glass<R>>)>,
+    bsdfs: BsdfPool<Bsdf<R>>,
+    layered: BsdfPool<LayeredBsdf<R>>,
+    mixtures: Vec<MixtureSurface<R>>,
+}
+
+/// BSDFs of which the first `used` are in use; kept to reuse the memory.
+struct BsdfPool<B> {
+    bsdfs: Vec<B>,
+    used: usize,
+}
+
+impl<B> Default for BsdfPool<B> {
+    fn default() -> Self {
+        Self {
+            bsdfs: Vec::new(),
+            used: 0,
+        }
+    }
+}
+
+impl<R: Real, L: BsdfLobe<R>, const MOST: usize> BsdfPool<Bsdf<R, L, MOST>> {
+    /// Returns an unused BSDF, without lobes, and its index.
+    fn next_bsdf(&mut self, normal: R::Vec3) -> (&mut Bsdf<R, L, MOST>, usize) {
+        let index = self.used;
+        if index == self.bsdfs.len() {
+            self.bsdfs.push(Bsdf::new(normal));
+        }
+        self.used += 1;
+        let bsdf = &mut self.bsdfs[index];
+        bsdf.reset(normal);
+        (bsdf, index)
+    }
 }
 
 impl<R: Real> GeneralSurfaces<R> {
     pub fn clear(&mut self) {
         self.surfaces.clear();
-        self.layered_used = 0;
-    }
-
-    /// Returns an unused layered BSDF and its index.
-    fn next_layered_bsdf(&mut self) -> (&mut LayeredBsdf<R>, usize) {
-        let index = self.layered_used;
-        if index == self.layered.len() {
-            self.layered.push(LayeredBsdf::new(Vector::ZERO));
-        }
-        self.layered_used += 1;
-        (&mut self.layered[index], index)
+        self.mixtures.clear();
+        (self.bsdfs.used, self.layered.used) = (0, 0);
     }
 }
 
@@ -81,7 +105,9 @@ impl<R: Real> PathTracer<'_, R> {
         let scene = self.scene;
         let (lobes, glass, vertex_response) = match &scene.materials[interaction.material as usize]
         {
-            PreparedMaterial::Classic(m) => self.build_classic_surface(path, interaction, m),
+            PreparedMaterial::Classic(m) => {
+                self.build_classic_surface(path, interaction, m, surfaces)
+            }
             PreparedMaterial::Physical(m) => {
                 self.build_physical_surface((path, hit, interaction), m, surfaces)
             }
@@ -104,6 +130,7 @@ impl<R: Real> PathTracer<'_, R> {
         path: &mut PathState<R>,
         interaction: &Interaction<R>,
         m: &ClassicInputs<R>,
+        surfaces: &mut GeneralSurfaces<R>,
     ) -> GeneralSurface<R> {
         let context = self.scene.texture_tables.shading_context(interaction);
         // A delta light's unit is the radiance of a white classic surface facing it, not
@@ -112,11 +139,10 @@ impl<R: Real> PathTracer<'_, R> {
         if let Some(mixture) = &m.mixture {
             let surface = MixtureSurface::new(mixture, interaction, m.colour.eval_colour(&context));
             let sides = surface.lit_sides(mixture);
-            (
-                SurfaceLobes::Mixture(surface),
-                None,
-                (interaction.facing_normal(), sides, gain),
-            )
+            let index = surfaces.mixtures.len();
+            surfaces.mixtures.push(surface);
+            let vertex_response = (interaction.facing_normal(), sides, gain);
+            (SurfaceLobes::Mixture(index), None, vertex_response)
         } else {
             let mut glass = m
                 .transmission
@@ -130,15 +156,14 @@ impl<R: Real> PathTracer<'_, R> {
             } else {
                 interaction.normal
             };
-            let bsdf =
-                classic::build_classic_bsdf((m, glass.as_ref()), &context, interaction, normal);
-            let vertex_response = (normal, lit_sides(&bsdf), gain);
-            (SurfaceLobes::Bsdf(bsdf), glass, vertex_response)
+            let (bsdf, index) = surfaces.bsdfs.next_bsdf(normal);
+            classic::add_classic_lobes(bsdf, (m, glass.as_ref()), &context, interaction);
+            let vertex_response = (normal, lit_sides(bsdf), gain);
+            (SurfaceLobes::Bsdf(index), glass, vertex_response)
         }
     }
 
-    /// Builds the lobes of a physical material at a hit; those of a layered material are stored in
-    /// `surfaces`.
+    /// Builds the lobes of a physical material at a hit.
     #[inline(always)]
     fn build_physical_surface(
         &self,
@@ -149,7 +174,7 @@ impl<R: Real> PathTracer<'_, R> {
         let scene = self.scene;
         let context = scene.texture_tables.shading_context(interaction);
         if let Some(layers) = m.layers {
-            let (bsdf, index) = surfaces.next_layered_bsdf();
+            let (bsdf, index) = surfaces.layered.next_bsdf(Vector::ZERO);
             let glass = self.build_layered_bsdf(
                 path,
                 hit,
@@ -172,14 +197,15 @@ impl<R: Real> PathTracer<'_, R> {
             } else {
                 interaction.normal
             };
-            let bsdf = model.transport_bsdf(
-                normal,
+            let (bsdf, index) = surfaces.bsdfs.next_bsdf(normal);
+            model.add_lobes_to(
+                bsdf,
                 -interaction.direction,
                 interaction.outside,
                 scene.compensates,
             );
-            let vertex_response = (normal, lit_sides(&bsdf), R::ONE);
-            (SurfaceLobes::Bsdf(bsdf), model.glass, vertex_response)
+            let vertex_response = (normal, lit_sides(bsdf), R::ONE);
+            (SurfaceLobes::Bsdf(index), model.glass, vertex_response)
         }
     }
 
@@ -205,16 +231,18 @@ impl<R: Real> PathTracer<'_, R> {
                 lane,
             };
             *scattered_ray = match lobes {
-                SurfaceLobes::Bsdf(bsdf) => {
-                    self.shade_vertex(&vertex, (bsdf, glass.as_ref()), &mut vertex_response)
-                }
-                SurfaceLobes::Layered(place) => self.shade_vertex(
+                SurfaceLobes::Bsdf(index) => self.shade_vertex(
                     &vertex,
-                    (&surfaces.layered[*place], glass.as_ref()),
+                    (&surfaces.bsdfs.bsdfs[*index], glass.as_ref()),
                     &mut vertex_response,
                 ),
-                SurfaceLobes::Mixture(surface) => {
-                    self.shade_mixture(&vertex, surface, &mut vertex_response)
+                SurfaceLobes::Layered(index) => self.shade_vertex(
+                    &vertex,
+                    (&surfaces.layered.bsdfs[*index], glass.as_ref()),
+                    &mut vertex_response,
+                ),
+                SurfaceLobes::Mixture(index) => {
+                    self.shade_mixture(&vertex, &surfaces.mixtures[*index], &mut vertex_response)
                 }
             };
         }
