@@ -4,19 +4,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::aimed::AimedRayResult;
-use super::coplanar::DepthResolution;
+use super::coplanar::{DepthResolution, OverlapTable};
 use super::duplicates::DuplicateObjects;
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
+use super::glass_contacts::{check_glass_contacts, sunk_glass_remedy};
 use super::numbers::{append_metre_unit, format_metres, format_rounded_up};
 use super::overlaps::{TOUCHING_GLASS_REMEDY, separation_remedy};
 use super::ray_survey::{RaySurvey, SightingCount};
 use super::topology::Topology;
+use super::twin_shadows::check_twin_shadows;
 use crate::prepare::{LampRef, LightLeak, UnresolvedGap};
 use crate::scene::{Material, MaterialModel, Shape};
 
 /// Share of the rays through an object above which a fault of the object shows in the picture.
-const SEEN: f64 = 0.02;
+pub(super) const SEEN: f64 = 0.02;
 /// The same share for bodies that are open or touch. Touching faces that few rays cross have no
 /// visible effect.
 const OPEN: f64 = 0.05;
@@ -40,9 +42,17 @@ impl BodyChecks<'_> {
     /// aimed at edges and corners, for each camera.
     pub fn check_bodies(&self, aimed: &[AimedRayResult]) -> Vec<StressFinding> {
         let mut findings = self.check_open_bodies();
+        findings.extend(self.check_sides_and_thickness());
+        findings.extend(self.check_number_of_bodies());
         findings.extend(self.check_nested_bodies());
         findings.extend(self.check_flickering_surfaces());
         findings.extend(self.check_ray_starts());
+        findings.extend(check_glass_contacts(self.scene_facts, self.survey));
+        findings.extend(check_twin_shadows(
+            self.scene_facts,
+            self.survey,
+            self.resolution,
+        ));
         let sent = aimed.iter().map(|rays| rays.sent).sum();
         for (&object, &(count, point)) in aimed.iter().flat_map(|rays| &rays.leaks) {
             let reason = "rays pass between triangles that share an edge or a corner";
@@ -58,7 +68,7 @@ impl BodyChecks<'_> {
     }
 
     /// Returns a finding that makes the picture wrong.
-    fn wrong_picture_finding(
+    pub fn wrong_picture_finding(
         &self,
         code: FindingCode,
         object: usize,
@@ -110,25 +120,31 @@ impl BodyChecks<'_> {
     fn check_open_bodies(&self) -> Vec<StressFinding> {
         let finding = |(&object, sighting): (&usize, &SightingCount)| {
             let object_facts = &self.scene_facts.objects[object];
-            let edges_tell = self
-                .scene_facts
-                .mesh_of_object(object_facts.object)
-                .and_then(|(mesh, _)| self.topologies.get(&mesh))
-                .is_some_and(|t| !t.is_closed());
+            let is_closed = self.is_closed_body(object_facts);
+            let edges_tell = matches!(object_facts.object.shape, Shape::Mesh(_)) && !is_closed;
             let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &object);
             // What has no end has an inside that nothing leaves.
             let is_endless = matches!(object_facts.object.shape, Shape::Plane { .. });
             let is_few = sighting.count < 3 || (sighting.count as f64) < OPEN * hit_count as f64;
-            if edges_tell || is_endless || is_few || self.doubles.has_duplicate(object) {
+            let is_thin = self
+                .unresolved_thickness(object_facts, sighting.position)
+                .is_some();
+            if is_thin || edges_tell || is_endless || is_few || self.doubles.has_duplicate(object) {
                 return None;
             }
-            let reason = "this glass body is open, or touches another surface: rays that enter it do not leave it, or the reverse, and are bent and tinted wrongly";
-            let remedy = format!(
-                "close the body (a cylinder with `caps`); if it touches another body of glass, {TOUCHING_GLASS_REMEDY}; if it touches another surface, leave {} or more between the two; if it should be a pane without an inside, set `thin_walled` for its material",
-                append_metre_unit(&format_rounded_up(
-                    self.resolution.min_separation_at(sighting.position)
-                ))
-            );
+            let (reason, remedy) = match is_closed {
+                true => (
+                    "this glass body touches another surface: rays that enter it do not leave it, or the reverse, and are bent and tinted wrongly",
+                    format!(
+                        "if it touches another body of glass, {TOUCHING_GLASS_REMEDY}; if it touches an opaque object, {}",
+                        sunk_glass_remedy("that object")
+                    ),
+                ),
+                false => (
+                    "this glass body is open: rays that enter it do not leave it, or the reverse, and are bent and tinted wrongly",
+                    "close the body (a cylinder with `caps`), or, if it should be a pane without an inside, set `thin_walled` for its material".to_owned(),
+                ),
+            };
             let predicate = "enter it without leaving, or leave it without entering";
             Some(
                 self.wrong_picture_finding(FindingCode::OpenBody, object, reason, remedy)
@@ -139,10 +155,34 @@ impl BodyChecks<'_> {
         self.survey.unbalanced.iter().filter_map(finding).collect()
     }
 
-    fn check_nested_bodies(&self) -> Vec<StressFinding> {
+    /// Returns whether a material has a priority.
+    pub fn has_priorities(&self) -> bool {
         let is_nested = |material: &Material| matches!(&material.model, MaterialModel::Physical(m) if m.has_priority());
         let used = self.scene_facts.used_materials();
-        if used.iter().any(|(_, material)| is_nested(material)) {
+        used.iter().any(|(_, material)| is_nested(material))
+    }
+
+    /// Returns whether a body is closed by its shape. Of the meshes, those without open or
+    /// inconsistent edges are.
+    pub fn is_closed_body(&self, object_facts: &ObjectFacts<'_>) -> bool {
+        match object_facts.object.shape {
+            Shape::Mesh(_) => self
+                .scene_facts
+                .mesh_of_object(object_facts.object)
+                .and_then(|(mesh, _)| self.topologies.get(&mesh))
+                .is_none_or(Topology::is_closed),
+            Shape::Sphere { .. }
+            | Shape::Box { .. }
+            | Shape::Ellipsoid { .. }
+            | Shape::Cone { .. }
+            | Shape::Torus { .. } => true,
+            Shape::Cylinder { caps, height, .. } => caps && height.is_some(),
+            _ => false,
+        }
+    }
+
+    fn check_nested_bodies(&self) -> Vec<StressFinding> {
+        if self.has_priorities() {
             return Vec::new();
         }
         let is_seen = |(pair, sighting): &(&[usize; 2], &SightingCount)| {
@@ -165,15 +205,15 @@ impl BodyChecks<'_> {
             .collect();
         let more = match others.len() {
             0 => String::new(),
-            1 => ", and one more body overlaps another".to_owned(),
-            more => format!(", and {more} more bodies overlap others"),
+            1 => "; one more body overlaps others too".to_owned(),
+            more => format!("; {more} more bodies overlap others too"),
         };
         let place = match outer == inner {
             true => "copies of this generator overlap each other".to_owned(),
-            false => format!("this glass body is inside {around} or overlaps it"),
+            false => format!("this glass body overlaps {around} or is inside it"),
         };
         let reason = format!(
-            "{place}{more}; each boundary then bends light as if there were air between the two"
+            "{place}{more}: each boundary then bends light as if there were air between the bodies"
         );
         let material = |object: usize| self.scene_facts.objects[object].material.map(|m| m.0);
         let remedy = match material(outer) == material(inner) {
@@ -181,7 +221,7 @@ impl BodyChecks<'_> {
                 "set a `priority` for the material of each body: where bodies overlap, the one with the greatest priority counts"
             }
             true => {
-                "if the two should be one body, set a `priority` for their material; if the inner one should be hollow, remove it and set `thin_walled` for the outer one, or give each a material with a `priority`, the inner one the greater and `ior = 1`"
+                "if they should be one body, set a `priority` for their material; if one should make the other hollow, give each a material of its own with a `priority`: the hollow one the greater, and `ior = 1`"
             }
         };
         let finding = self.wrong_picture_finding(FindingCode::NestedGlass, inner, reason, remedy);
@@ -255,23 +295,28 @@ impl BodyChecks<'_> {
 /// storage.
 pub(super) fn closed_gap_findings(
     scene_facts: &SceneFacts<'_>,
-    doubles: &DuplicateObjects,
+    (doubles, overlaps): (&DuplicateObjects, &OverlapTable),
     gaps: &[UnresolvedGap],
     leaks: &[LightLeak],
 ) -> Vec<StressFinding> {
     let subject =
         |object: usize| scene_facts.objects[scene_facts.facts_index(object as u32)].subject;
     let words = |object: usize| subject(object).display_name(scene_facts.scene);
+    let opaque_one = |gap: &UnresolvedGap| {
+        let is_opaque = |object: &usize| {
+            let index = scene_facts.facts_index(*object as u32);
+            scene_facts.objects[index].surface_kind == SurfaceKind::Opaque
+        };
+        [gap.object, gap.other].into_iter().find(is_opaque)
+    };
     let gap = |gap: &UnresolvedGap| {
         let reason = format!(
             "it touches {other}, or is less than {} away from it, too close for the precision: light that leaves one of the two skips the other",
             append_metre_unit(&format_rounded_up(gap.resolved_width)),
             other = words(gap.other)
         );
-        let remedy = format!(
-            "leave {} or more between the two, or render with --precision reference",
-            append_metre_unit(&format_rounded_up(gap.resolved_width))
-        );
+        let least = append_metre_unit(&format_rounded_up(gap.resolved_width));
+        let remedy = gap_remedy(&least, opaque_one(gap).map(words));
         StressFinding::new(
             FindingCode::ClosedGap,
             Severity::PictureWrong,
@@ -286,11 +331,11 @@ pub(super) fn closed_gap_findings(
             LampRef::Object(object) => subject(object),
         };
         let reason = format!(
-            "it shines through {}, which is opaque but too close in front of it for the precision",
+            "it is so close to {}, which is opaque, that the precision does not tell which of the two is in front: its light passes through, or its own surface is not seen",
             words(leak.cover)
         );
         let remedy = format!(
-            "leave {} or more between the two, or render with --precision reference",
+            "move it {} or more away from that object, to the side to which it should shine, or render with --precision reference",
             append_metre_unit(&format_rounded_up(leak.resolved_distance))
         );
         StressFinding::new(
@@ -301,9 +346,32 @@ pub(super) fn closed_gap_findings(
             remedy,
         )
     };
-    let apart = gaps.iter().filter(|gap| {
+    let apart = gaps.iter().enumerate().filter(|(index, gap)| {
         let pair = [gap.object, gap.other].map(|object| scene_facts.facts_index(object as u32));
-        !doubles.are_duplicates(pair)
+        let is_same =
+            |other: &UnresolvedGap| [other.other, other.object] == [gap.object, gap.other];
+        !doubles.are_duplicates(pair) && !gaps[..*index].iter().any(is_same)
     });
-    apart.map(gap).chain(leaks.iter().map(leak)).collect()
+    let apart = apart.map(|(_, gap)| gap);
+    // In one plane neither is in front.
+    let in_front = leaks.iter().filter(|leak| match leak.lamp {
+        LampRef::Light(_) => true,
+        LampRef::Object(object) => {
+            let pair = [object, leak.cover].map(|object| scene_facts.facts_index(object as u32));
+            overlaps.gap_between(pair) != Some(0.0)
+        }
+    });
+    apart.map(gap).chain(in_front.map(leak)).collect()
+}
+
+/// Returns the remedy for a gap beside glass that is narrower than `least`. `opaque` names the
+/// opaque object beside the gap, if one is.
+fn gap_remedy(least: &str, opaque: Option<String>) -> String {
+    let touch = match opaque {
+        Some(opaque) => sunk_glass_remedy(&opaque),
+        None => TOUCHING_GLASS_REMEDY.to_owned(),
+    };
+    format!(
+        "if the two should touch, {touch}; if there should be air between them, leave {least} or more, or render with --precision reference"
+    )
 }

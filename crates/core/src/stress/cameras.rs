@@ -4,7 +4,7 @@
 use glam::DVec3;
 use raywright_bvh::{Aabb, Ray, Real};
 
-use super::facts::{SceneFacts, SurfaceKind, finite_point};
+use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::numbers::format_decimal;
 use super::ray_survey::RaySurvey;
@@ -132,7 +132,6 @@ pub(super) fn check_cameras(
         if survey.hits == 0 && !scene_facts.is_empty() {
             findings.push(nothing_seen_finding(scene_facts, view, survey));
         }
-        findings.extend(camera_in_body_findings(scene_facts, view, survey));
         findings.extend(small_scene_finding(scene_facts, view));
         findings.extend(focus_finding(scene_facts, view));
         findings.extend(aspect_finding(view));
@@ -191,113 +190,7 @@ fn aspect_finding(view: &CameraView) -> Option<StressFinding> {
     is_stretched.then(|| StressFinding::new(code, severity, view.subject, reason, remedy))
 }
 
-/// Finds bodies that contain the camera: glass bodies, and opaque bodies whose inside fills the
-/// whole picture.
-fn camera_in_body_findings(
-    scene_facts: &SceneFacts<'_>,
-    view: &CameraView,
-    survey: &RaySurvey,
-) -> Vec<StressFinding> {
-    let mut findings: Vec<StressFinding> = survey
-        .bodies_around_camera
-        .iter()
-        .map(|(&object, sighting)| {
-        let body = scene_facts.objects[object]
-            .subject
-            .display_name(scene_facts.scene);
-        let reason = format!(
-            "it is inside {body}, which is transparent: everything is seen from inside that body"
-        );
-            StressFinding::new(
-                FindingCode::CameraInBody,
-                Severity::Harmless,
-                view.subject,
-                reason,
-                "move the camera out of the body, unless it should be inside",
-            )
-            .with_count(
-                sighting.count,
-                survey.rays,
-                "rays",
-                "leave the body without entering it",
-            )
-        })
-        .collect();
-    findings.extend(enclosing_body_finding(scene_facts, view, survey));
-    findings
-}
-
-/// Finds an opaque body around the camera whose inside fills the whole picture, although the scene
-/// has other objects.
-fn enclosing_body_finding(
-    scene_facts: &SceneFacts<'_>,
-    view: &CameraView,
-    survey: &RaySurvey,
-) -> Option<StressFinding> {
-    let alone = survey
-        .first_within
-        .iter()
-        .find(|(_, sighting)| sighting.count == survey.rays);
-    let others = |object: usize| {
-        let emits = scene_facts.objects[object].emits_light();
-        let all = scene_facts.objects.iter().enumerate();
-        // A lamp around the camera may be the sky over an endless ground.
-        all.filter(|(index, _)| *index != object)
-            .any(|(_, other)| !emits || is_bounded(&other.object.shape))
-    };
-    let encloses = |object: usize| {
-        scene_facts.objects[object].surface_kind == SurfaceKind::Opaque
-            && may_contain_point(scene_facts, object, view.eye())
-    };
-    let (&object, sighting) = alone.filter(|(object, _)| others(**object) && encloses(**object))?;
-    let body = scene_facts.objects[object]
-        .subject
-        .display_name(scene_facts.scene);
-    let reason = format!(
-        "it is inside {body} and sees nothing but that body's inside, although the scene has other objects"
-    );
-    Some(
-        StressFinding::new(
-            FindingCode::CameraInBody,
-            Severity::PictureWrong,
-            view.subject,
-            reason,
-            "move the camera out of the body (`pose`, or render with --eye)",
-        )
-        .with_count(
-            sighting.count,
-            survey.rays,
-            "rays",
-            "hit the body's inside first",
-        ),
-    )
-}
-
-/// Returns whether a point may be inside an object. Always true for closed shapes; for a mesh its
-/// bounding box decides.
-fn may_contain_point(scene_facts: &SceneFacts<'_>, object: usize, point: DVec3) -> bool {
-    let own = scene_facts.objects[object].object;
-    match &own.shape {
-        Shape::Sphere { .. }
-        | Shape::Box { .. }
-        | Shape::Ellipsoid { .. }
-        | Shape::Torus { .. }
-        | Shape::Cone { .. } => true,
-        Shape::Cylinder { height, caps, .. } => height.is_some() && *caps,
-        Shape::Mesh(_) => scene_facts.mesh_of_object(own).is_some_and(|(_, data)| {
-            let map = scene_facts.objects[object].object_to_world;
-            let bounds = Aabb::from_points(
-                data.positions
-                    .iter()
-                    .map(|position| map.transform_point3(position)),
-            );
-            point.cmpgt(bounds.min).all() && point.cmplt(bounds.max).all()
-        }),
-        _ => false,
-    }
-}
-
-fn is_bounded(shape: &Shape) -> bool {
+pub(super) fn is_bounded(shape: &Shape) -> bool {
     !matches!(
         shape,
         Shape::Plane { .. } | Shape::Cylinder { height: None, .. }
@@ -315,8 +208,8 @@ fn small_scene_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Optio
     }
     let pixel = view.pixel_width_at(scene_facts.bounds.centre());
     let reason = format!(
-        "seen from this camera, the whole scene is only {:.2} pixels wide",
-        size / pixel
+        "seen from this camera, the whole scene is only {} pixels wide",
+        format_decimal(size / pixel)
     );
     let remedy =
         "move the camera nearer (`pose`, or render with --eye), or narrow its field of view";

@@ -148,7 +148,7 @@ fn twin_generator_finding(
     let (severity, label) = match coinciding_copies_severity(scene_facts, index, 2) {
         (Severity::Harmless, _) if other.object.material != own.object.material => (
             Severity::PictureWrong,
-            "with another material: of each two only one is seen, and the scene file does not determine which",
+            "with another material; of each two, only that of the first generator in the file is seen",
         ),
         known => known,
     };

@@ -14,7 +14,7 @@ use super::faces::{
     ALL_MESH_FACES, FlatFace, clip_polygon, counter_clockwise_corners, find_flat_faces,
     signed_double_area,
 };
-use super::facts::SceneFacts;
+use super::facts::{ObjectFacts, SceneFacts, SurfaceKind};
 use super::topology::Topology;
 use crate::settings::PrecisionChoice;
 
@@ -39,6 +39,12 @@ pub(super) struct CoplanarOverlap {
     /// Whether neither face belongs to a closed body. The face of a body may be hidden
     /// legitimately, by the surface on which the body stands.
     pub are_sheets: bool,
+    /// Whether glass touches an opaque object here.
+    touches_glass: bool,
+    /// Whether both faces belong to closed bodies that stand back to back.
+    pub is_back_to_back: bool,
+    /// Outward normals of the faces of `objects`.
+    outward: [DVec3; 2],
     normal: DVec3,
     /// Region of the overlap: a convex polygon, counter-clockwise about the normal. Empty if both
     /// faces are unbounded.
@@ -119,13 +125,22 @@ pub(super) struct OverlapTable {
 }
 
 impl OverlapTable {
-    /// Returns the other objects that overlap `object` at a point of its surface.
-    pub fn overlapping_objects(
+    /// Returns the separation of two objects where they overlap, in metres.
+    pub fn gap_between(&self, [a, b]: [usize; 2]) -> Option<f64> {
+        let mut of_first = self.of.get(&a).into_iter().flatten();
+        of_first.find_map(|&index| {
+            let overlap = &self.list[index];
+            overlap.objects.contains(&b).then_some(overlap.gap)
+        })
+    }
+
+    /// Returns the overlaps of `object` at a point of its surface. For each: the other object, and
+    /// the outward normal of that object's face.
+    fn overlaps_at(
         &self,
         object: usize,
-        point: DVec3,
-        normal: DVec3,
-    ) -> impl Iterator<Item = usize> {
+        [point, normal]: [DVec3; 2],
+    ) -> impl Iterator<Item = (&CoplanarOverlap, usize, DVec3)> {
         let own = self
             .of
             .get(&object)
@@ -134,9 +149,38 @@ impl OverlapTable {
             .map(|&index| &self.list[index]);
         own.filter(move |overlap| overlap.contains_surface_point(point, normal))
             .map(move |overlap| {
-                let [a, b] = overlap.objects;
-                if a == object { b } else { a }
+                let other = usize::from(overlap.objects[0] == object);
+                (overlap, overlap.objects[other], overlap.outward[other])
             })
+    }
+
+    /// Returns the other objects that a ray could hit in place of `object`, at a point of its
+    /// surface. A ray hits no face from its hidden side.
+    pub fn overlapping_objects(
+        &self,
+        scene_facts: &SceneFacts<'_>,
+        object: usize,
+        place: [DVec3; 2],
+        direction: DVec3,
+    ) -> impl Iterator<Item = usize> {
+        self.overlaps_at(object, place)
+            .filter(move |(overlap, other, outward)| {
+                let visible = scene_facts.objects[*other].visible_normal(*outward);
+                !overlap.is_back_to_back && visible.is_none_or(|side| side.dot(direction) < 0.0)
+            })
+            .map(|(_, other, _)| other)
+    }
+
+    /// Returns the objects that touch `object` at a point of its surface, if one of the two is
+    /// glass and the other is opaque. For each: the outward normal of its face.
+    pub fn glass_contacts(
+        &self,
+        object: usize,
+        place: [DVec3; 2],
+    ) -> impl Iterator<Item = (usize, DVec3)> {
+        self.overlaps_at(object, place)
+            .filter(|(overlap, ..)| overlap.touches_glass)
+            .map(|(_, other, outward)| (other, outward))
     }
 }
 
@@ -226,8 +270,18 @@ fn find_overlaps_in_plane(
     }
 }
 
+/// Returns whether rays can hit the two faces from opposite sides only.
+fn visible_sides_oppose([own, others]: [&ObjectFacts<'_>; 2], [a, b]: [&FlatFace; 2]) -> bool {
+    let visible = [
+        own.visible_normal(a.normal),
+        others.visible_normal(b.normal),
+    ];
+    matches!(visible, [Some(m), Some(n)] if m.dot(n) < 0.0)
+}
+
 /// Returns the overlap of two coplanar faces. Returns `None` if they do not overlap, share an
-/// object or material, or belong to bodies that stand back to back.
+/// object or material, can be hit from opposite sides only, or belong to bodies that stand back to
+/// back, except glass on an opaque body.
 fn overlap_of_faces(
     scene_facts: &SceneFacts<'_>,
     a: &FlatFace,
@@ -235,11 +289,17 @@ fn overlap_of_faces(
     tolerance: f64,
 ) -> Option<CoplanarOverlap> {
     let material = |face: &FlatFace| &scene_facts.objects[face.object].object.material;
+    let [own, others] = [a, b].map(|face| &scene_facts.objects[face.object]);
+    let touches_glass = matches!(
+        [own.surface_kind, others.surface_kind],
+        [SurfaceKind::Body, SurfaceKind::Opaque] | [SurfaceKind::Opaque, SurfaceKind::Body]
+    );
     // Bodies back to back touch.
-    let touch = !a.is_sheet && !b.is_sheet && a.normal.dot(b.normal) < 0.0;
+    let is_back_to_back = !a.is_sheet && !b.is_sheet && a.normal.dot(b.normal) < 0.0;
     if a.object == b.object
         || material(a) == material(b)
-        || touch
+        || is_back_to_back && !touches_glass
+        || visible_sides_oppose([own, others], [a, b])
         || a.normal.cross(b.normal).length() > PARALLEL
     {
         return None;
@@ -277,9 +337,12 @@ fn overlap_of_faces(
     } else {
         outline
     };
-    let objects = [a.object.min(b.object), a.object.max(b.object)];
+    let [first, second] = if a.object < b.object { [a, b] } else { [b, a] };
     Some(CoplanarOverlap {
-        objects,
+        objects: [first.object, second.object],
+        outward: [first.normal, second.normal],
+        touches_glass,
+        is_back_to_back,
         are_sheets: a.is_sheet && b.is_sheet,
         normal,
         outline,

@@ -210,10 +210,10 @@ pub(super) fn duplicate_finding(
         [before, index].map(|object| RaySurvey::sighting_count(&survey.sightings, &object));
     let is_seen = sightings.iter().sum::<u64>() > 0;
     let (severity, label) = if pair.iter().any(|object_facts| object_facts.is_blended()) {
-        let label = "both dim the light that passes";
+        let label = "and both dim the light that passes";
         (Severity::PictureWrong, label)
     } else if pair.iter().all(|object_facts| object_facts.emits_light()) {
-        let label = "both emit light, so that they give twice the light of one";
+        let label = "and both emit light, so that they give twice the light of one";
         (Severity::PictureWrong, label)
     } else if pair[0].object.material == pair[1].object.material {
         (
@@ -221,7 +221,13 @@ pub(super) fn duplicate_finding(
             "with the same material, so that the fault is not visible",
         )
     } else if is_seen {
-        let label = "with another material: only one of the two is seen, and the scene file does not determine which";
+        let [first, own] = pair.map(|object_facts| object_facts.object);
+        let label = match first.shape == own.shape && first.transform == own.transform {
+            true => "with another material; only the first of the two in the file is seen",
+            false => {
+                "with another material; only one of the two is seen, and rounding may decide which"
+            }
+        };
         (Severity::PictureWrong, label)
     } else {
         (
@@ -229,7 +235,7 @@ pub(super) fn duplicate_finding(
             "with another material; no camera sees either of the two",
         )
     };
-    let reason = format!("it is in the same place as {other}: {label}");
+    let reason = format!("it is in the same place as {other}, {label}");
     let seen_at = [before, index]
         .iter()
         .find_map(|object| finite_point(survey.sightings.get(object)?.position));

@@ -84,6 +84,16 @@ impl ObjectFacts<'_> {
         })
     }
 
+    /// Returns the direction to which the side of a face points that camera rays hit. `None` if they
+    /// hit both sides. `outward` is the outward normal of the face.
+    pub fn visible_normal(&self, outward: DVec3) -> Option<DVec3> {
+        match self.object.side {
+            SideRule::Both => None,
+            SideRule::Outside | SideRule::Culled => Some(outward),
+            SideRule::Inside => Some(-outward),
+        }
+    }
+
     pub fn emits_light(&self) -> bool {
         self.material.is_some_and(|(_, material)| material.emits())
     }
@@ -246,7 +256,7 @@ fn transform_at(object: &Object, time: f64) -> DAffine3 {
 
 /// Returns the bounding box of an object under a transform. Returns `None` if it is unbounded,
 /// empty or not finite.
-fn object_bounds<'a>(
+pub(super) fn object_bounds<'a>(
     lookup: &SceneLookup<'a>,
     meshes: &mut BTreeMap<&'a str, Aabb>,
     object: &'a Object,

@@ -67,7 +67,7 @@ fn listed_objects_at_rest<'a>(
 }
 
 /// Returns whether a body is a closed box or ball, opaque everywhere when seen from outside.
-fn is_opaque_closed_body(body: &ObjectFacts<'_>) -> bool {
+pub(super) fn is_opaque_closed_body(body: &ObjectFacts<'_>) -> bool {
     let is_whole = body
         .material
         .is_some_and(|(_, material)| match &material.model {
@@ -80,7 +80,7 @@ fn is_opaque_closed_body(body: &ObjectFacts<'_>) -> bool {
 }
 
 /// Returns whether a point is strictly inside a box or ball.
-fn body_contains_point(body: &ObjectFacts<'_>, point: DVec3) -> bool {
+pub(super) fn body_contains_point(body: &ObjectFacts<'_>, point: DVec3) -> bool {
     if body
         .bounds
         .is_some_and(|b| point.cmplt(b.min).any() || point.cmpgt(b.max).any())

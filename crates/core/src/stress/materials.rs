@@ -159,8 +159,16 @@ fn invisible_object_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding>
     };
     let finding = |object_facts: &super::facts::ObjectFacts<'_>| {
         let (_, material) = object_facts.material?;
-        let reason = "the `opacity` of its material makes it fully transparent";
-        let remedy = "raise `opacity` or lower the `cutoff` of `alpha` in its material, or remove the object";
+        let (reason, remedy) = match &material.model {
+            MaterialModel::Physical(m) if matches!(m.alpha, AlphaMode::Mask { .. }) => (
+                "the `opacity` of its material is below the `cutoff` of its `alpha` everywhere, so that nothing of it is seen",
+                "raise `opacity` or lower the `cutoff` of `alpha` in its material, or remove the object",
+            ),
+            _ => (
+                "the `opacity` of its material makes it fully transparent",
+                "raise `opacity` in its material, or remove the object",
+            ),
+        };
         is_absent(&material.model).then(|| {
             StressFinding::new(
                 FindingCode::InvisibleObject,

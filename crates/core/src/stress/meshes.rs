@@ -321,17 +321,19 @@ fn open_edge_texts(seam: Option<f64>, severity: Severity) -> (String, String) {
     let is_seen = severity == Severity::PictureWrong;
     if let Some(apart) = seam {
         let seen = if is_seen {
-            "rays pass through the seam"
+            "rays pass through the seams"
         } else {
-            "no ray of the cameras passes through the seam"
+            "hardly any ray of the cameras passes through them"
         };
         // The same for meshes that differ in rounding alone.
         let apart = format_decimal(libm::pow(10.0, apart.log10().ceil()));
         let reason = format!(
-            "this glass body has an open seam: rounding has parted corners that should coincide, by less than {apart} metres; {seen}"
+            "this glass body has open seams: corners that should coincide are up to {apart} apart, in the units of the mesh; {seen}"
         );
-        let remedy = "merge vertices by distance in the modelling program: 1e-5 of the mesh's size is enough";
-        return (reason, remedy.to_owned());
+        let remedy = format!(
+            "merge vertices by distance in the modelling program: a distance of {apart} is enough"
+        );
+        return (reason, remedy);
     }
     let reason = if is_seen {
         "this glass body has holes: light that enters it does not leave it, or the reverse, and is bent and tinted wrongly"

@@ -42,7 +42,7 @@ pub(super) fn check_overlaps(
     is_told: impl Fn([usize; 2]) -> bool,
 ) -> Vec<StressFinding> {
     let mut pairs: BTreeMap<[usize; 2], &CoplanarOverlap> = BTreeMap::new();
-    for overlap in &overlaps.list {
+    for overlap in overlaps.list.iter().filter(|o| !o.is_back_to_back) {
         pairs.entry(overlap.objects).or_insert(overlap);
     }
     let mut all: BTreeMap<(bool, usize), CoveredObject> = BTreeMap::new();
@@ -121,7 +121,7 @@ fn overlap_finding(
     };
     let remedy = match severity {
         Severity::Harmless => {
-            format!("nothing, unless this object should be seen there: then {separation}")
+            format!("nothing; if this object should be seen there, {separation}")
         }
         _ => separation,
     };
@@ -185,6 +185,11 @@ pub(super) fn separation_remedy(minimum: f64, gap: f64, precision: PrecisionChoi
     let exact = match precision {
         PrecisionChoice::Robust if gap > 0.0 => ", or render with --precision reference",
         _ => "",
+    };
+    // In double precision, files have fewer digits than storage.
+    let minimum = match precision {
+        PrecisionChoice::Robust => minimum,
+        PrecisionChoice::Reference => 1e6 * minimum,
     };
     let least = append_metre_unit(&format_rounded_up(minimum));
     format!(

@@ -97,6 +97,10 @@ pub(crate) struct RaySurvey {
     pub unbalanced: SightingCounts<usize>,
     /// Rays that enter a body within another body: the outer and the inner one.
     pub nested: SightingCounts<[usize; 2]>,
+    /// Rays that hit glass in place of an opaque object that it touches: the glass, and the object.
+    pub contacts_lost: SightingCounts<[usize; 2]>,
+    /// Rays that enter a body while they are in as many others as a path knows at once.
+    pub beyond_most_bodies: SightingCounts<usize>,
     /// Rays whose first two hits coincide and belong to two objects, in this order.
     pub coincident: SightingCounts<[usize; 2]>,
     /// Greatest separation of the surfaces of a pair in `coincident`, in metres.
@@ -116,6 +120,9 @@ pub(crate) struct RaySurvey {
     pub opposed_normals: SightingCounts<usize>,
     pub spawned_rays: u64,
     pub self_hits: SightingCounts<usize>,
+    /// Rays that start at a surface and hit a parallel one less than the rounding errors away: the
+    /// objects of both, which may be the same.
+    pub twin_shadows: SightingCounts<[usize; 2]>,
     pub starts_behind_surface: SightingCounts<usize>,
     pub not_numbers: SightingCounts<ValueKey>,
     pub out_of_range: SightingCounts<ValueKey>,
@@ -137,6 +144,7 @@ impl RaySurvey {
             (&mut self.first_within, other.first_within),
             (&mut self.bodies_around_camera, other.bodies_around_camera),
             (&mut self.unbalanced, other.unbalanced),
+            (&mut self.beyond_most_bodies, other.beyond_most_bodies),
             (&mut self.hidden_backs_hit, other.hidden_backs_hit),
             (&mut self.flipped_hidden, other.flipped_hidden),
             (&mut self.flipped_shown, other.flipped_shown),
@@ -151,6 +159,8 @@ impl RaySurvey {
         }
         for (own, others) in [
             (&mut self.nested, other.nested),
+            (&mut self.contacts_lost, other.contacts_lost),
+            (&mut self.twin_shadows, other.twin_shadows),
             (&mut self.coincident, other.coincident),
             (&mut self.coplanar, other.coplanar),
         ] {

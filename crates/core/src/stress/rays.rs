@@ -29,6 +29,9 @@ const ROUNDS: u64 = 4;
 /// Greatest number of surfaces that a ray passes.
 const HITS: usize = 128;
 
+/// Greatest number of bodies that a path knows at once.
+const MOST_BODIES: usize = 7;
+
 /// Number of rays that start at each first hit.
 const STARTS: u64 = 2;
 
@@ -103,7 +106,7 @@ pub(super) struct SurveyRayTracer<'a, R: Real> {
     pub orientations: &'a OrientationTable<'a>,
     /// Whether an object is hidden from one side.
     pub has_one_sided: bool,
-    overlaps: &'a OverlapTable,
+    pub overlaps: &'a OverlapTable,
     size: [u32; 2],
     seed: u64,
     /// Whether rays continue behind the second surface. Only in scenes with glass bodies.
@@ -176,11 +179,13 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         let object = self.scene_facts.facts_index(hit.outermost_id());
         let seen = self.sighted_point(&interaction.surface, hit, index);
         record_sighting(&mut survey.first_hits, object, seen);
-        let normal = interaction.surface.normal.to_f64();
-        for other in self
-            .overlaps
-            .overlapping_objects(object, seen.position, normal)
-        {
+        let place = [seen.position, interaction.surface.normal.to_f64()];
+        for other in self.overlaps.overlapping_objects(
+            self.scene_facts,
+            object,
+            place,
+            ray.direction.to_f64(),
+        ) {
             record_sighting(&mut survey.coplanar, [object, other], seen);
         }
         if !interaction.outside {
@@ -267,6 +272,9 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         {
             record_sighting(&mut survey.self_hits, object, seen);
         }
+        if let Some(other) = again.as_ref().filter(|other| !is_same(other)) {
+            self.survey_twin_shadow(&interaction.surface, (&ray, other), (object, seen), survey);
+        }
         if matches!(prepared.rules.spawn, PreparedSpawnRule::Constant { .. }) {
             let own = interaction.surface.spawn_ray_origin(direction);
             let unit_direction = ray.origin - own;
@@ -340,6 +348,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
                 return;
             }
             self.update_body_depths(&crossing, &mut depths, seen, survey);
+            self.survey_glass_contact(ray, (&crossing, seen), &mut depths, survey);
             copies.cross_surface(
                 self.scene_facts,
                 &hit,
@@ -366,8 +375,19 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             let around = depths
                 .iter()
                 .filter(|(object, depth)| **depth > 0 && **object != crossing.object);
+            let mut materials = vec![object_facts.material.map(|(index, _)| index)];
             for (&other, _) in around {
                 record_sighting(&mut survey.nested, [other, crossing.object], seen);
+                materials.push(
+                    self.scene_facts.objects[other]
+                        .material
+                        .map(|(index, _)| index),
+                );
+            }
+            materials.sort_unstable();
+            materials.dedup();
+            if materials.len() > MOST_BODIES {
+                record_sighting(&mut survey.beyond_most_bodies, crossing.object, seen);
             }
         }
         *depths.entry(crossing.object).or_insert(0) += if crossing.enters { 1 } else { -1 };

@@ -64,6 +64,14 @@ fn sample_loss_findings(picture: &SmallRender, size: [u32; 2]) -> Vec<StressFind
         .layer("samples.N")
         .filter(|_| !picture.run.is_cut_short());
     let at = layer.and_then(|layer| fewest(&layer.samples));
+    // A pixel without an object shows the sky.
+    let objects = picture.picture.layer("object.id");
+    let is_sky = at.is_some_and(|at| objects.is_some_and(|layer| layer.samples[at] < 0.0));
+    let subject = if is_sky {
+        FindingSubject::Sky
+    } else {
+        FindingSubject::Scene
+    };
     let finding = |loss| {
         match loss {
         SampleLoss::NotFinite { dropped, of: total } => StressFinding {
@@ -71,7 +79,7 @@ fn sample_loss_findings(picture: &SmallRender, size: [u32; 2]) -> Vec<StressFind
             ..StressFinding::new(
                 FindingCode::SamplesNotFinite,
                 Severity::PictureWrong,
-                FindingSubject::Scene,
+                subject,
                 "samples are not finite numbers and are dropped, so that their pixels are wrong",
                 "look for numbers in materials, lights and sky that are too large or undefined, or render with --precision reference",
             )

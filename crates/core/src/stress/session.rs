@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::aimed::{AimedRayResult, AimedRayTask};
 use super::bodies::BodyChecks;
+use super::camera_bodies::check_bodies_at_cameras;
 use super::cameras::CameraView;
 use super::coplanar::{DepthResolution, OverlapTable};
 use super::covers::LightBlockerTask;
@@ -156,7 +157,8 @@ impl StressSession<'_> {
         };
         let is_leak = |[a, b]: [usize; 2]| {
             let leaks = &looks.leaks;
-            leaks.contains(&[a, b]) || leaks.contains(&[b, a])
+            let is_one = leaks.contains(&[a, b]) || leaks.contains(&[b, a]);
+            is_one && data.overlaps.gap_between([a, b]) != Some(0.0)
         };
         let is_told = |pair| {
             data.doubles.are_duplicates(pair) || bodies.is_flickering_pair(pair) || is_leak(pair)
@@ -203,6 +205,7 @@ impl StressSession<'_> {
         findings.extend(textures::check_textures(scene_facts));
         findings.extend(lights::check_lights(scene_facts, views, Some(&lights)));
         findings.extend(cameras::check_cameras(scene_facts, views, &looks.rays));
+        findings.extend(check_bodies_at_cameras(scene_facts, views, &looks.rays));
         black::add_black_picture_findings(scene_facts, &looks.pictures, &mut findings);
         findings
     }
@@ -322,7 +325,12 @@ fn check_gaps_and_leaks(
         };
         Some([lamp, leak.cover].map(|object| data.scene_facts.facts_index(object as u32)))
     }));
-    bodies::closed_gap_findings(data.scene_facts, &data.doubles, &gaps, &leaks)
+    bodies::closed_gap_findings(
+        data.scene_facts,
+        (&data.doubles, &data.overlaps),
+        &gaps,
+        &leaks,
+    )
 }
 
 /// Results of the rays of each camera.

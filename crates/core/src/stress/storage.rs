@@ -7,7 +7,7 @@ use super::cameras::{CameraView, is_box_in_view};
 use super::coarse;
 use super::facts::{SceneFacts, finite_point, largest_extent};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use super::numbers::format_metres;
+use super::numbers::{format_decimal, format_metres};
 use super::ray_survey::RaySurvey;
 use crate::dispatch::ReadyScene;
 use crate::extent::MeshUseCounts;
@@ -107,7 +107,7 @@ pub(super) fn check_storage(
     // What is stored coarsely loses triangles by that.
     let is_own = |finding: &StressFinding| !coarse_subjects.contains(&finding.subject);
     findings.extend(lost_triangles.into_iter().filter(is_own));
-    findings.extend(scale_findings(scene_facts, views));
+    findings.extend(scale_findings(scene_facts, views, survey));
     findings
 }
 
@@ -149,13 +149,15 @@ fn lost_triangle_findings<R: Real>(
         } else {
             Severity::Harmless
         };
-        let reason = "rounding merges corners of its triangles, or puts them on a line, as these triangles are so small and so far from the rest of the scene";
+        let (cause, remedy) = lost_triangle_cause(object_facts);
+        let reason =
+            format!("rounding merges corners of its triangles, or puts them on a line, as {cause}");
         let finding = StressFinding::new(
             FindingCode::LostTriangles,
             severity,
             object_facts.subject,
             reason,
-            "move the mesh nearer to the rest of the scene, or render with --precision reference",
+            remedy,
         );
         let corner = data.indices[first as usize][0];
         let position = data.positions.position(corner as usize);
@@ -168,6 +170,27 @@ fn lost_triangle_findings<R: Real>(
         );
     }
     findings
+}
+
+/// Returns why triangles of an object lose their area, and the remedy.
+fn lost_triangle_cause(object_facts: &super::facts::ObjectFacts<'_>) -> (String, &'static str) {
+    const FLAT: f64 = 1e-4;
+    let matrix = object_facts.object_to_world.matrix3;
+    let scales = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length());
+    let [least, greatest] = [
+        scales.into_iter().fold(f64::INFINITY, f64::min),
+        scales.into_iter().fold(0.0, f64::max),
+    ];
+    match least < FLAT * greatest {
+        true => (
+            format!("a scale of {} flattens the mesh", format_decimal(least)),
+            "set a greater scale along that axis, replace the mesh by a flat one, or render with --precision reference",
+        ),
+        false => (
+            "these triangles are so small and so far from the middle of the scene".to_owned(),
+            "move the mesh nearer to the rest of the scene, or render with --precision reference",
+        ),
+    }
 }
 
 /// Returns the number of triangles that lose their area when they are stored under a transform, and
@@ -214,11 +237,15 @@ fn keeps_vertex_digits<R: Real>(data: &MeshData, away: DVec3, scale: f64) -> boo
 }
 
 /// Returns findings about sizes that suggest wrong units.
-fn scale_findings(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<StressFinding> {
+fn scale_findings(
+    scene_facts: &SceneFacts<'_>,
+    views: &[CameraView],
+    survey: &RaySurvey,
+) -> Vec<StressFinding> {
     let far = find_outliers(scene_facts, views);
     let mut findings: Vec<StressFinding> = far
         .iter()
-        .map(|outlier| outlier.outlier_finding(scene_facts))
+        .map(|outlier| outlier.outlier_finding(scene_facts, survey))
         .collect();
     let rest = scene_facts
         .objects
@@ -277,10 +304,12 @@ struct OutlierObject {
 }
 
 impl OutlierObject {
-    fn outlier_finding(&self, scene_facts: &SceneFacts<'_>) -> StressFinding {
+    fn outlier_finding(&self, scene_facts: &SceneFacts<'_>, survey: &RaySurvey) -> StressFinding {
         let object_facts = &scene_facts.objects[self.object];
+        let seen = survey.first_hits.get(&self.object);
+        let seen_at = seen.and_then(|sighting| finite_point(sighting.position));
         let reason = format!(
-            "it extends to {} from the middle of the others, while they extend to at most {}",
+            "its bounding box extends to {} from the middle of the others, while theirs extend to at most {}",
             format_metres(self.reach),
             format_metres(self.others)
         );
@@ -291,11 +320,11 @@ impl OutlierObject {
             reason,
             "check whether the object is in other units than the rest of the scene, or misplaced",
         )
-        .with_place(
+        .with_place(seen_at.or_else(|| {
             object_facts
                 .bounds
-                .and_then(|bounds| finite_point(bounds.centre())),
-        )
+                .and_then(|bounds| finite_point(bounds.centre()))
+        }))
     }
 }
 

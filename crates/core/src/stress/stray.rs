@@ -89,19 +89,26 @@ impl UsedMesh<'_> {
     /// the other ends of its triangles in view.
     pub fn check_stray_vertices(&self, strays: &StrayVertices) -> Option<StressFinding> {
         let (&vertex, &object_facts) = (strays.vertices.first()?, self.objects.first()?);
-        let near_corners = strays.triangles.iter().flat_map(|&triangle| {
-            let corners = self.data.indices[triangle as usize];
-            corners
-                .into_iter()
-                .filter(|corner| strays.vertices.binary_search(corner).is_err())
-                .map(move |corner| (triangle, self.vertex_position(object_facts, corner)))
-        });
-        let (triangle, place) = item_nearest_to_camera(self.views, near_corners)?;
         let is_seen = |point| {
             self.views
                 .iter()
                 .any(|view| view.project_point(point).is_some())
         };
+        let scale = object_facts
+            .object_to_world
+            .matrix3
+            .determinant()
+            .abs()
+            .cbrt();
+        // The mesh hides many of the near ends, and hardly any point far out on a spike.
+        let at = |distance: f64| {
+            let places = self.places_on_spikes(strays, object_facts, distance);
+            item_nearest_to_camera(self.views, places.into_iter())
+        };
+        let far_out = [1.0, 2.0, 0.5].into_iter().find_map(|reaches| {
+            at(reaches * strays.reach * scale).filter(|(_, place)| is_seen(*place))
+        });
+        let (triangle, place) = far_out.or_else(|| at(0.0))?;
         let (severity, end) = match is_seen(place) {
             true => (Severity::PictureWrong, ""),
             false => (Severity::Harmless, "; no camera has it in view"),
@@ -110,12 +117,6 @@ impl UsedMesh<'_> {
             .vertex_position(object_facts, vertex)
             .to_array()
             .map(format_decimal);
-        let scale = object_facts
-            .object_to_world
-            .matrix3
-            .determinant()
-            .abs()
-            .cbrt();
         let (named, what) = match strays.vertices.len() {
             1 => (format!("vertex {vertex} is"), "it"),
             more => (format!("vertex {vertex} and {} more are", more - 1), "them"),
@@ -137,6 +138,35 @@ impl UsedMesh<'_> {
             )
             .with_primitive(triangle);
         Some(finding.with_place(finite_point(place)))
+    }
+
+    /// Returns the stray triangles, each with points at a distance in metres from the corners that
+    /// are not stray, towards its stray vertex.
+    fn places_on_spikes(
+        &self,
+        strays: &StrayVertices,
+        object_facts: &ObjectFacts<'_>,
+        distance: f64,
+    ) -> Vec<(u32, DVec3)> {
+        let is_stray = |corner: &u32| strays.vertices.binary_search(corner).is_ok();
+        let at = |corner: u32| self.vertex_position(object_facts, corner);
+        let of_triangle = |&triangle: &u32| {
+            let corners = self.data.indices[triangle as usize];
+            let tip = corners
+                .into_iter()
+                .find(is_stray)
+                .map(at)
+                .unwrap_or_default();
+            let near = corners.into_iter().filter(move |corner| !is_stray(corner));
+            near.map(move |corner| {
+                let start = at(corner);
+                (
+                    triangle,
+                    start + (tip - start).normalize_or_zero() * distance,
+                )
+            })
+        };
+        strays.triangles.iter().flat_map(of_triangle).collect()
     }
 
     fn vertex_position(&self, object_facts: &ObjectFacts<'_>, vertex: u32) -> DVec3 {

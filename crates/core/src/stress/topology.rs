@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::count::CountAndFirst;
 use super::fans::{TriangleFan, find_triangle_fans};
 use super::seams::seam_width;
+use super::stray::StrayVertices;
 use super::windings::count_flipped_triangles;
 use crate::scene::MeshData;
 
@@ -24,7 +25,7 @@ pub(crate) struct TriangleEdge {
 pub(crate) struct MeshComponent {
     pub triangles: u64,
     pub first: u32,
-    /// Signed volume, positive if the part is oriented outwards.
+    /// Signed volume without spikes, positive if the part is oriented outwards.
     pub volume: f64,
     /// Sum of the absolute values of the terms of `volume`. It bounds the rounding error.
     volume_terms: f64,
@@ -313,6 +314,13 @@ fn connected_components(
     let mut component_of = vec![u32::MAX; data.indices.len()];
     let mut places: HashMap<u32, usize> = HashMap::new();
     let mut parts: Vec<MeshComponent> = Vec::new();
+    // A spike has so large a volume that it would decide on the orientation of its whole part.
+    let spikes = StrayVertices::from_mesh(data).triangles;
+    let offset =
+        |corner: u32| DVec3::from(data.positions.offsets()[corner as usize].map(f64::from));
+    let middle = (0..data.indices.len() as u32)
+        .find(|i| !spikes.is_empty() && spikes.binary_search(i).is_err())
+        .map_or(DVec3::ZERO, |i| offset(data.indices[i as usize][0]));
     for (i, triangle) in data.indices.iter().enumerate().filter(|(i, _)| kept[*i]) {
         let total = union_find_root(parents, corners[triangle[0] as usize]);
         let index = *places.entry(total).or_insert_with(|| {
@@ -327,11 +335,13 @@ fn connected_components(
             });
             parts.len() - 1
         });
-        let [a, b, c] = triangle
-            .map(|corner| DVec3::from(data.positions.offsets()[corner as usize].map(f64::from)));
+        let [a, b, c] = triangle.map(|corner| offset(corner) - middle);
         component_of[i] = index as u32;
         let part = &mut parts[index];
         part.triangles += 1;
+        if spikes.binary_search(&(i as u32)).is_ok() {
+            continue;
+        }
         let volume = a.dot(b.cross(c)) / 6.0;
         part.volume += volume;
         part.volume_terms += volume.abs();

@@ -5,6 +5,7 @@ mod causes;
 mod data;
 mod depth;
 mod exposures;
+mod glass_walls;
 mod hidden_light;
 mod lamps;
 mod light;

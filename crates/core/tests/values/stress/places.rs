@@ -195,3 +195,19 @@ fn a_rug_that_is_too_near() {
         }
     }
 }
+
+/// Protects: of two objects in one place, the reason says that the first in the file is seen.
+#[test]
+fn the_first_of_two_is_seen() {
+    let twins = scene(&json!({
+        "objects": [object("one", ball([0.0; 3], 1.0), "paint"), object("twin", ball([0.0; 3], 1.0), "other")],
+    }));
+    let finding = one(&twins, FindingCode::DuplicateObject);
+    assert!(
+        finding.severity == PictureWrong
+            && finding
+                .reason
+                .ends_with("only the first of the two in the file is seen"),
+        "{finding:?}"
+    );
+}

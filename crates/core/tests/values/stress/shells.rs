@@ -13,6 +13,25 @@ fn two_shells_in_one_place_are_one_cause() {
     alone(&shells, FindingCode::DuplicateTriangles, Harmless);
 }
 
+/// Protects: glass whose triangles are parted by slits that hardly any ray passes is not said to
+/// make the picture wrong. The remedy is to merge the corners.
+#[test]
+fn narrow_slits_in_glass() {
+    let cracked = ball_scene("glass", |positions, indices| {
+        let old = core::mem::take(positions);
+        for (i, triangle) in indices.iter_mut().enumerate() {
+            for (k, corner) in triangle.iter_mut().enumerate() {
+                let shift = 2e-5 * ((3 * i + k) % 5) as f64 / 4.0;
+                let [x, y, z] = old[*corner as usize];
+                *corner = positions.len() as u32;
+                positions.push([x + shift, y - shift, z]);
+            }
+        }
+    });
+    let finding = alone(&cracked, FindingCode::OpenEdges, Harmless);
+    assert!(finding.remedy.starts_with("merge vertices"), "{finding:?}");
+}
+
 /// Protects: the wall of a bubble in glass makes the picture wrong if it is oriented outwards, and
 /// is right if oriented inwards. A closed part outside the other, but inside its bounding box, is
 /// no bubble.

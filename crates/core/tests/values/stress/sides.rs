@@ -113,3 +113,91 @@ fn a_camera_in_a_ball_on_a_plane() {
     assert!(finding.reason.contains("objects[1] `shell`"), "{finding:?}");
     assert_eq!(listed(&summarise_findings(&of(50.0, "lamp")).findings), []);
 }
+
+/// Protects: two one-sided faces back to back in one plane, as the leaf of a plant, are no fault,
+/// also for a camera on either side: no ray can hit both. Without `side` they compete, as do two
+/// one-sided faces that face the same way.
+#[test]
+fn one_sided_faces_back_to_back() {
+    let of = |sides: [&str; 2], turned: bool| {
+        let mut front = object(
+            "front",
+            quad([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]),
+            "paint",
+        );
+        let edge = if turned { 1.0 } else { -1.0 };
+        let mut back = object(
+            "back",
+            quad([edge, -1.0, 0.0], [-2.0 * edge, 0.0, 0.0], [0.0, 1.9, 0.0]),
+            "other",
+        );
+        (front["side"], back["side"]) = (json!(sides[0]), json!(sides[1]));
+        let mut leaf = scene(&json!({ "objects": [front, back] }));
+        let mut behind = leaf.cameras[0].clone();
+        let pose = json!({ "look_at": { "eye": [0.5, 1.5, -6], "target": [0, 0, 0] } });
+        behind.pose = serde_json::from_value(pose).expect("a pose");
+        leaf.cameras.push(behind);
+        summarise_findings(&leaf).findings
+    };
+    for sides in [["outside"; 2], ["culled"; 2], ["inside"; 2]] {
+        assert_eq!(listed(&of(sides, true)), [], "{sides:?}");
+    }
+    for (sides, turned) in [(["both"; 2], true), (["outside"; 2], false)] {
+        let found = of(sides, turned);
+        let competes = |finding: &StressFinding| finding.code == FindingCode::CoplanarSurfaces;
+        assert!(
+            found.iter().any(competes),
+            "{sides:?}: {:?}",
+            listed(&found)
+        );
+    }
+}
+
+/// Protects: a camera below an opaque floor that sees no other object is reported, whether the
+/// floor is a plane or a slab. Below a floor that leaves an object in view it is not.
+#[test]
+fn a_camera_below_the_floor() {
+    let of = |floor: Value, objects: Vec<Value>| {
+        let mut all = vec![object("floor", floor, "other")];
+        all.extend(objects);
+        let of = scene(&json!({ "objects": all }));
+        with_pose(of, [0.0, -3.0, 5.0], [0.0, 0.5, 0.0])
+    };
+    let plane = json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } });
+    let slab = json!({ "box": { "min": [-9, -1.2, -9], "max": [9, -1, 9] } });
+    let above = || object("above", ball([0.0; 3], 1.0), "paint");
+    let below = || object("below", ball([0.0, -2.0, 1.0], 0.5), "paint");
+    let finding = alone(
+        &of(plane.clone(), vec![above()]),
+        FindingCode::CameraInBody,
+        PictureWrong,
+    );
+    assert!(finding.reason.contains("behind objects[0]"), "{finding:?}");
+    let finding = alone(
+        &of(slab.clone(), vec![above()]),
+        FindingCode::NothingSeen,
+        PictureWrong,
+    );
+    assert!(finding.reason.contains("hides all other"), "{finding:?}");
+    for floor in [plane, slab] {
+        let clean = of(floor, vec![above(), below()]);
+        assert_eq!(listed(&summarise_findings(&clean).findings), []);
+    }
+}
+
+/// Protects: a lens that reaches into an opaque block beside it is reported. A small one is not.
+#[test]
+fn a_lens_in_a_wall() {
+    let of = |aperture: f64| {
+        let wall = json!({ "box": { "min": [0.1, -1, 5], "max": [3, 3, 6.5] } });
+        let mut of = scene(&json!({
+            "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), object("wall", wall, "other")],
+        }));
+        let lens = json!({ "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": aperture, "focus_distance": 6 } });
+        of.cameras[0].projection = serde_json::from_value(lens).expect("a lens");
+        with_pose(of, [0.0, 1.5, 6.0], [0.0, 0.0, 0.0])
+    };
+    let finding = alone(&of(0.3), FindingCode::CameraInBody, PictureWrong);
+    assert!(finding.reason.contains("its lens"), "{finding:?}");
+    assert_eq!(listed(&summarise_findings(&of(0.05)).findings), []);
+}

@@ -75,6 +75,20 @@ fn a_vertex_far_out_is_named() {
     }
 }
 
+/// Protects: a stray vertex whose spike leads through the mesh does not count the mesh as inside out.
+/// The spike is marked where it can be seen.
+#[test]
+fn a_spike_through_the_mesh() {
+    let stray = ball_scene("paint", |positions, _| {
+        let left = (0..positions.len())
+            .min_by(|&a, &b| positions[a][0].total_cmp(&positions[b][0]))
+            .expect("a vertex");
+        positions[left] = [1e6, 1e6, 1e6];
+    });
+    let finding = alone(&stray, FindingCode::StrayVertices, PictureWrong);
+    assert!(finding.pixel.is_some(), "{finding:?}");
+}
+
 /// Protects: an antenna a hundred times as long as the rest has no stray vertex. Neither has a mesh
 /// with many distant vertices.
 #[test]

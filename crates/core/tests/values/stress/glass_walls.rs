@@ -1,0 +1,159 @@
+//! Glass on opaque surfaces, glass that is hidden from one side, thin glass and many bodies of glass
+//! inside each other.
+
+use raywright_core::settings::PrecisionChoice;
+
+use super::*;
+
+fn glass_on(floor: Value, glass_first: bool, lowest: f64) -> Scene {
+    let block = json!({ "box": { "min": [-0.5, lowest, -0.5], "max": [0.5, 0.6, 0.5] } });
+    let mut objects = [
+        object("floor", floor, "paint"),
+        object("glass", block, "glass"),
+    ];
+    if glass_first {
+        objects.reverse();
+    }
+    scene(&json!({
+        "render": { "size": [96, 54], "samples": 8, "integrator": "path", "max_depth": 32 },
+        "objects": objects,
+    }))
+}
+
+/// Protects: glass that touches an opaque floor is no fault if rays hit the floor: the picture is
+/// the same as of glass that reaches into the floor, which is no fault either. If rays hit the
+/// glass, which is the first in the file, the floor is lost below it.
+#[test]
+fn glass_on_an_opaque_floor() {
+    let floors = [
+        json!({ "plane": { "point": [0, -0.3, 0], "normal": [0, 1, 0] } }),
+        quad([-4.0, -0.3, -4.0], [0.0, 0.0, 8.0], [8.0, 0.0, 0.0]),
+        json!({ "box": { "min": [-4, -0.6, -4], "max": [4, -0.3, 4] } }),
+    ];
+    for floor in floors {
+        for (glass_first, lowest) in [(false, -0.3), (false, -0.301), (true, -0.301)] {
+            let clean = glass_on(floor.clone(), glass_first, lowest);
+            let findings = summarise_findings(&clean).findings;
+            assert_eq!(listed(&findings), [], "{floor} {glass_first} {lowest}");
+        }
+        let touching = glass_on(floor.clone(), true, -0.3);
+        let finding = alone(&touching, FindingCode::ClosedGap, PictureWrong);
+        assert!(
+            finding.remedy.starts_with("let the glass reach into"),
+            "{finding:?}"
+        );
+    }
+}
+
+/// Protects: glass with a hidden side is reported, as rays enter it and never leave it. Culled
+/// glass, of which only camera rays pass through the back, is not.
+#[test]
+fn glass_with_a_hidden_side() {
+    let of = |side: &str| {
+        let mut globe = object("globe", ball([0.0; 3], 1.0), "glass");
+        globe["side"] = json!(side);
+        scene(&json!({ "objects": [globe] }))
+    };
+    for side in ["outside", "inside"] {
+        let finding = alone(&of(side), FindingCode::OpenBody, PictureWrong);
+        assert!(finding.reason.contains("`side`"), "{finding:?}");
+    }
+    for side in ["both", "culled"] {
+        assert_eq!(
+            listed(&summarise_findings(&of(side)).findings),
+            [],
+            "{side}"
+        );
+    }
+}
+
+/// Protects: a pane of solid glass that is thinner than rounding is reported, and one that is
+/// resolved is not.
+#[test]
+fn glass_thinner_than_rounding() {
+    let of = |thickness: f64| {
+        let pane = json!({ "box": { "min": [-1, -1, 0.5], "max": [1, 1, 0.5 + thickness] } });
+        scene(&json!({ "objects": [object("pane", pane, "glass")] }))
+    };
+    let finding = alone(&of(1e-7), FindingCode::ClosedGap, PictureWrong);
+    assert!(finding.remedy.contains("`thin_walled`"), "{finding:?}");
+    assert_eq!(listed(&summarise_findings(&of(1e-5)).findings), []);
+}
+
+/// Protects: a bubble of air inside seven bodies of glass is lost, as a path knows at most seven
+/// bodies at once. Inside six it is not, and eight bodies of equal glass look like one.
+#[test]
+fn more_bodies_than_a_path_knows() {
+    let of = |bodies: u32, ior: f64| {
+        let terms = |i: u32| {
+            let ior = if i + 1 == bodies { ior } else { 1.5 };
+            json!({ "transmission": 1, "roughness": 0, "ior": ior, "priority": i + 1 })
+        };
+        let materials: Vec<Value> = (0..bodies)
+            .map(|i| paint(&format!("g{i}"), terms(i)))
+            .collect();
+        let objects: Vec<Value> = (0..bodies)
+            .map(|i| {
+                object(
+                    &format!("ball {i}"),
+                    ball([0.0; 3], 1.0 - 0.1 * f64::from(i)),
+                    &format!("g{i}"),
+                )
+            })
+            .collect();
+        scene(&json!({
+            "render": { "size": [96, 54], "samples": 8, "integrator": "path", "max_depth": 64 },
+            "materials": materials,
+            "objects": objects,
+        }))
+    };
+    let finding = alone(&of(8, 1.0), FindingCode::NestedGlass, PictureWrong);
+    assert!(finding.reason.contains("at most seven"), "{finding:?}");
+    for clean in [of(7, 1.0), of(8, 1.5)] {
+        assert_eq!(listed(&summarise_findings(&clean).findings), []);
+    }
+}
+
+/// Protects: two balls of one material less than the rounding errors apart shadow each other in
+/// single precision and are reported; not in double precision, and not further apart.
+#[test]
+fn twins_of_one_material() {
+    let of = |radius: f64| {
+        scene(&json!({
+            "objects": [object("one", ball([0.0; 3], 1.0), "paint"), object("twin", ball([0.0; 3], radius), "paint")],
+        }))
+    };
+    let finding = alone(
+        &of(1.000_000_1),
+        FindingCode::FlickeringSurfaces,
+        PictureWrong,
+    );
+    assert!(finding.reason.contains("speckles"), "{finding:?}");
+    assert_eq!(listed(&summarise_findings(&of(1.001)).findings), []);
+    let exact = of(1.000_000_1);
+    let settings = Settings {
+        precision: PrecisionChoice::Reference,
+        ..Settings::from_scene(&exact)
+    };
+    let report = stress(&exact, &settings, &StressEffort::default(), &());
+    assert_eq!(listed(&report.expect("a summary").findings), []);
+}
+
+/// Protects: a lamp in the plane of a ceiling is said to be in one plane with it, not behind it, and
+/// double precision is no remedy.
+#[test]
+fn a_lamp_in_the_plane_of_a_ceiling() {
+    let sheet = |r: f64| quad([-r, 1.0, -r], [2.0 * r, 0.0, 0.0], [0.0, 0.0, 2.0 * r]);
+    let mut room = scene(&json!({
+        "materials": light::with_lamp(4.0),
+        "objects": [object("ceiling", sheet(4.0), "paint"), object("lamp", sheet(0.5), "lamp"),
+                    object("floor", quad([-4.0, -1.0, -4.0], [8.0, 0.0, 0.0], [0.0, 0.0, 8.0]), "paint")],
+    }));
+    let pose = json!({ "look_at": { "eye": [0, 0, 3], "target": [0, 0.3, 0] } });
+    room.cameras[0].pose = serde_json::from_value(pose).expect("a pose");
+    let finding = alone(&room, FindingCode::CoplanarSurfaces, PictureWrong);
+    assert!(
+        finding.place.is_some() && !finding.remedy.contains("reference"),
+        "{finding:?}"
+    );
+}
