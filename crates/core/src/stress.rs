@@ -62,6 +62,7 @@ mod light_walks;
 mod lights;
 mod materials;
 mod meshes;
+mod noise;
 mod numbers;
 mod orientation;
 mod overlaps;

@@ -69,7 +69,8 @@ impl Display {
         }
     }
 
-    fn clipping_of_colours(self, colours: &[[f32; 3]]) -> Clipping {
+    /// Returns the fractions of clipped and of black colours.
+    pub(crate) fn clipping_of_colours(self, colours: &[[f32; 3]]) -> Clipping {
         let map = self.build_map();
         let (mut clipped, mut black) = (0, 0);
         for &colour in colours {

@@ -218,7 +218,7 @@ impl BodyChecks<'_> {
         let material = |object: usize| self.scene_facts.objects[object].material.map(|m| m.0);
         let remedy = match material(outer) == material(inner) {
             false => {
-                "set a `priority` for the material of each body: where bodies overlap, the one with the greatest priority counts"
+                "set a `priority` for the material of each body, and let bodies that touch reach into each other: where bodies overlap, the one with the greatest priority counts"
             }
             true => {
                 "if they should be one body, set a `priority` for their material; if one should make the other hollow, give each a material of its own with a `priority`: the hollow one the greater, and `ior = 1`"

@@ -17,7 +17,7 @@ enum ConsequentFindingScope {
 }
 
 /// Codes of causes, each with the codes that follow from it.
-const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 17] = [
+const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 21] = [
     (
         FindingCode::LightBehindGlass,
         ConsequentFindingScope::Scene,
@@ -41,7 +41,22 @@ const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 17] 
     (
         FindingCode::LightByChance,
         ConsequentFindingScope::Scene,
-        &[FindingCode::BrighterThanLights],
+        &[FindingCode::BrighterThanLights, FindingCode::NoisyPicture],
+    ),
+    (
+        FindingCode::SkySpikes,
+        ConsequentFindingScope::Scene,
+        &[FindingCode::NoisyPicture],
+    ),
+    (
+        FindingCode::BrighterThanLights,
+        ConsequentFindingScope::Scene,
+        &[FindingCode::NoisyPicture],
+    ),
+    (
+        FindingCode::LampBelowPixel,
+        ConsequentFindingScope::Scene,
+        &[FindingCode::NoisyPicture],
     ),
     (
         FindingCode::LightByChance,
@@ -89,6 +104,11 @@ const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 17] 
         &[FindingCode::DepthBelowGlass],
     ),
     (
+        FindingCode::NestedGlass,
+        ConsequentFindingScope::Subject,
+        &[FindingCode::OpenBody, FindingCode::ClosedGap],
+    ),
+    (
         FindingCode::OpenBody,
         ConsequentFindingScope::Subject,
         &[FindingCode::DepthBelowGlass],
@@ -119,7 +139,10 @@ pub(super) fn remove_consequent_findings(
         let causes: Vec<(FindingSubject, Severity)> = findings
             .iter()
             .filter(|finding| finding.code == cause)
-            .map(|finding| (finding.subject, finding.severity))
+            .flat_map(|finding| {
+                let subjects = finding.others.iter().chain([&finding.subject]);
+                subjects.map(|&subject| (subject, finding.severity))
+            })
             .collect();
         let follows = |finding: &StressFinding| {
             codes.contains(&finding.code)
@@ -135,6 +158,11 @@ pub(super) fn remove_consequent_findings(
                 })
         };
         findings.retain(|finding| !follows(finding));
+    }
+    // Plain noise is judged when the picture shows what it should.
+    let is_wrong = |finding: &StressFinding| finding.severity == Severity::PictureWrong;
+    if findings.iter().any(is_wrong) {
+        findings.retain(|finding| finding.code != FindingCode::NoisyPicture);
     }
     findings
 }

@@ -189,7 +189,11 @@ impl StressFinding {
         } else {
             format!("{} of {}", self.count, count_with_unit(self.of, self.unit))
         };
-        Some(format!("{number} {}", self.predicate).trim_end().to_owned())
+        let predicate = match self.predicate.strip_prefix("are ") {
+            Some(rest) if self.count == 1 => format!("is {rest}"),
+            _ => self.predicate.to_owned(),
+        };
+        Some(format!("{number} {predicate}").trim_end().to_owned())
     }
 
     /// Merges a finding with the same code and cause. The subject whose position is nearer to a

@@ -120,6 +120,8 @@ codes! {
     BrighterThanLights = "brighter-than-lights";
     /// Light that paths find only by chance, by way of mirrors and glass.
     LightByChance = "light-by-chance";
+    /// A picture that is noisy with the scene's number of samples, without a more special cause.
+    NoisyPicture = "noisy-picture";
     /// A light that reaches no visible surface, or a lamp with hardly any area.
     UnreachedLight = "unreached-light";
     /// A light whose range, cone or emitting side holds no surface to light.

@@ -3,6 +3,7 @@
 
 use super::RayDeadline;
 use super::facts::SceneFacts;
+use super::ray_survey::RaySurvey;
 use crate::dispatch::prepare;
 use crate::effects::chosen_integrator;
 use crate::scene::{
@@ -18,6 +19,9 @@ const SAMPLES: u32 = 64;
 /// Greatest ratio of reflected to received light that passes the test. It allows for the noise of
 /// the samples.
 const MOST: f64 = 1.02;
+
+/// Least share of the rays that hit objects for a value that they find to count.
+const SEEN: f64 = 0.001;
 
 /// Result of the furnace test of a material.
 #[derive(Clone, Copy, Debug)]
@@ -35,10 +39,14 @@ impl FurnaceAlbedo {
 }
 
 /// Measures the materials in use, as many as the time allows. Returns the results, and the number
-/// of materials that more time would measure: those whose test cannot be prepared are left out. Classic materials under Whitted's rules are left out: they do not model
-/// energy.
+/// of materials that more time would measure: those whose test cannot be prepared are left out. Classic
+/// materials under Whitted's rules are left out: they do not model energy.
+///
+/// The ball shows other values of an expression than the scene's objects do. A colour above 1 that
+/// cameras see is therefore measured too.
 pub(super) fn run_furnace_tests(
     scene_facts: &SceneFacts<'_>,
+    survey: &RaySurvey,
     settings: &Settings,
     deadline: &RayDeadline<'_>,
 ) -> (Vec<FurnaceAlbedo>, usize) {
@@ -57,7 +65,15 @@ pub(super) fn run_furnace_tests(
         if deadline.has_passed() {
             break;
         }
-        match furnace_albedo(scene_facts.scene, material, settings) {
+        let albedo = |material: &Material| furnace_albedo(scene_facts.scene, material, settings);
+        let of_ball = albedo(material);
+        let of_seen = || {
+            albedo(&with_base_colour(
+                material,
+                greatest_colour(survey, index)?,
+            )?)
+        };
+        match of_ball.map(|own| own.max(of_seen().unwrap_or(0.0))) {
             Some(albedo) => measured.push(FurnaceAlbedo {
                 material: index,
                 albedo,
@@ -66,6 +82,24 @@ pub(super) fn run_furnace_tests(
         }
     }
     (measured, planned)
+}
+
+/// Returns the greatest base colour above 1 of a material, if more than a few rays see such a value.
+fn greatest_colour(survey: &RaySurvey, material: usize) -> Option<f64> {
+    let key = (material, "base_colour");
+    let seen = RaySurvey::sighting_count(&survey.out_of_range, &key) as f64;
+    let greatest = survey.greatest_values.get(&key).copied();
+    greatest.filter(|value| value.is_finite() && seen >= SEEN * survey.hits as f64)
+}
+
+/// Returns the material with an even grey base colour. `None` for a classic one.
+fn with_base_colour(material: &Material, grey: f64) -> Option<Material> {
+    let mut material = material.clone();
+    let MaterialModel::Physical(m) = &mut material.model else {
+        return None;
+    };
+    (m.base_colour, m.base_colour_texture) = (Colour([grey; 3]).into(), None);
+    Some(material)
 }
 
 /// Returns the material without its emission and ambient light.
@@ -181,7 +215,8 @@ mod tests {
             end: None,
         };
         let settings = Settings::from_scene(&scene);
-        let (measured, planned) = run_furnace_tests(&scene_facts, &settings, &deadline);
+        let (measured, planned) =
+            run_furnace_tests(&scene_facts, &RaySurvey::default(), &settings, &deadline);
         assert_eq!((measured.len(), planned), (1, 1));
     }
 }

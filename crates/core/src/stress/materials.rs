@@ -13,10 +13,10 @@ use crate::settings::Settings;
 /// Limits on lengths, in units of the distance over which light is absorbed to 1/e. A body is
 /// black if the scene's size in units of the shortest distance of the three channels is above
 /// `BLACK`, or if the body's thickness in units of the longest distance is above `BLACK_BODY`. It is
-/// clear if the scene's size is below `CLEAR`.
+/// clear if its own greatest edge in units of the shortest distance is below `CLEAR`.
 const BLACK: f64 = 1e4;
 const BLACK_BODY: f64 = 20.0;
-const CLEAR: f64 = 1e-5;
+const CLEAR: f64 = 1e-3;
 
 /// Returns the findings about the materials in use.
 pub(super) fn check_materials(
@@ -182,17 +182,18 @@ fn invisible_object_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding>
     scene_facts.objects.iter().filter_map(finding).collect()
 }
 
-/// Returns the thickness of a material's thinnest body, in metres: the shortest edge of its bounding
-/// box. 0 if a body is unbounded.
-fn thinnest_body(scene_facts: &SceneFacts<'_>, material: usize) -> f64 {
+/// Returns the shortest and the longest edge of the bounding boxes of a material's bodies, in metres.
+/// An unbounded body has the edges 0 and infinity.
+fn body_edges(scene_facts: &SceneFacts<'_>, material: usize) -> [f64; 2] {
     let objects = scene_facts.objects.iter();
     let own = objects.filter(|object| object.material.is_some_and(|(index, _)| index == material));
-    let thickness = |object: &super::facts::ObjectFacts<'_>| {
-        object
-            .bounds
-            .map_or(0.0, |bounds| bounds.extent().min_element())
-    };
-    own.map(thickness).reduce(f64::min).unwrap_or(0.0)
+    let edges = own.map(|object| match object.bounds {
+        None => [0.0, f64::INFINITY],
+        Some(bounds) => [bounds.extent().min_element(), bounds.extent().max_element()],
+    });
+    edges
+        .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+        .unwrap_or([0.0, f64::INFINITY])
 }
 
 /// Returns findings about bodies that absorb all light at once, or hardly any.
@@ -208,7 +209,7 @@ fn absorption_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
         let least = finite().fold(f64::INFINITY, f64::min);
         finite().next()?;
         let depth = greatest * size;
-        let thickness = thinnest_body(scene_facts, index);
+        let [thickness, widest] = body_edges(scene_facts, index);
         let reason = match depth {
             _ if least * thickness > BLACK_BODY => format!(
                 "it absorbs light of every colour within {}, while its bodies are {} thick or more, so that they look black",
@@ -220,10 +221,10 @@ fn absorption_findings(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
                 format_metres(1.0 / greatest),
                 format_metres(size)
             ),
-            _ if depth < CLEAR => format!(
-                "it absorbs light only over {}, while the scene is {} wide, so that bodies of this material look clear",
+            _ if greatest * widest < CLEAR => format!(
+                "it absorbs light only over {}, while its bodies are {} wide or less, so that they look clear",
                 format_metres(1.0 / greatest),
-                format_metres(size)
+                format_metres(widest)
             ),
             _ => return None,
         };

@@ -8,7 +8,7 @@ use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::LightSurvey;
 use super::small_render::SmallRender;
-use super::{exposure, light_reach, lights};
+use super::{exposure, light_reach, lights, noise};
 use crate::counters::SampleLoss;
 use crate::prepare::UnreachedLight;
 use crate::scene::Triple;
@@ -33,17 +33,22 @@ pub(super) fn check_samples(
                 .filter_map(|picture| brightness_finding(picture, brightest, size)),
         );
     }
-    let noise = LightByChanceNoise {
+    let by_chance = LightByChanceNoise {
         scene_facts,
         survey,
         samples_per_pixel: sampling.samples_per_pixel(),
     };
     findings.extend(unreached_light_findings(scene_facts, survey, pictures));
-    let mut of_lamps = noise.check_enclosed_lamps(pictures);
-    of_lamps.extend(noise.check_uneven_lamps(pictures));
-    let of_picture = |picture| noise.check_picture(picture).filter(|_| of_lamps.is_empty());
+    let mut of_lamps = by_chance.check_enclosed_lamps(pictures);
+    of_lamps.extend(by_chance.check_uneven_lamps(pictures));
+    let of_picture = |picture| {
+        by_chance
+            .check_picture(picture)
+            .filter(|_| of_lamps.is_empty())
+    };
     findings.extend(pictures.iter().filter_map(of_picture));
     findings.extend(of_lamps);
+    findings.extend(noise::check_noise(scene_facts, pictures, settings));
     let exposures = pictures.iter();
     findings
         .extend(exposures.filter_map(|picture| exposure::exposure_finding(scene_facts, picture)));

@@ -41,6 +41,9 @@ const CAMERAS: usize = 8;
 /// `SAMPLES`: greatest number of samples per pixel.
 const PIXELS: f64 = 20_000.0;
 const SAMPLES: u32 = 16;
+/// Number of replicates of the small pictures. More of them, with fewer samples each, would
+/// underestimate the error of rare light.
+const REPLICATES: u32 = 2;
 
 pub(super) struct StressSession<'a> {
     pub scene: &'a Scene,
@@ -122,8 +125,11 @@ impl StressSession<'_> {
             check_cancelled(self.observer)?;
             progress(2 + 3 * done as u64);
         }
-        let (furnaces, total) = furnace::run_furnace_tests(&scene_facts, settings, &self.deadline);
-        findings.extend(self.collect_findings(&data, (&ready, &views), &looks, &furnaces));
+        let surveys = looks.combine_surveys();
+        let (furnaces, total) =
+            furnace::run_furnace_tests(&scene_facts, &surveys.0, settings, &self.deadline);
+        let ready_views = (&ready, &views[..]);
+        findings.extend(self.collect_findings(&data, ready_views, (&looks, surveys), &furnaces));
         progress(steps);
         let furnaces = CheckRun {
             name: "furnaces",
@@ -143,11 +149,10 @@ impl StressSession<'_> {
         &self,
         data: &SceneData<'_>,
         (ready, views): (&ReadyScene, &[CameraView]),
-        looks: &CameraCheckResults,
+        (looks, (survey, lights)): (&CameraCheckResults, (RaySurvey, LightSurvey)),
         furnaces: &[FurnaceAlbedo],
     ) -> Vec<StressFinding> {
         let (scene_facts, settings) = (data.scene_facts, self.settings);
-        let (survey, lights) = looks.combine_surveys();
         let bodies = BodyChecks {
             scene_facts,
             topologies: data.topologies,
@@ -261,6 +266,7 @@ impl StressSession<'_> {
             aovs: vec![Aov::Samples, Aov::Object],
             denoise: false,
             max_error: None,
+            replicates: Some(REPLICATES),
             ..self.settings.clone()
         }
     }

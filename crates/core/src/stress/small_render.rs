@@ -6,6 +6,7 @@ use super::facts::SceneFacts;
 use super::finding::{CheckRun, FindingSubject};
 use crate::counters::Counters;
 use crate::dispatch::ReadyScene;
+use crate::film::ErrorEstimate;
 use crate::picture::Picture;
 use crate::prepare::UnreachedLight;
 
@@ -15,6 +16,12 @@ pub(super) struct SmallRender {
     pub picture: Picture,
     pub counters: Counters,
     pub unreached_lights: Vec<UnreachedLight>,
+    /// Error of the picture (root relMSE), estimated from its own samples, and its number of
+    /// samples per pixel.
+    error: Option<ErrorEstimate>,
+    samples_per_pixel: u32,
+    /// Whether too few paths hit lamps by chance for the error to include their noise.
+    lacks_chance_hits: bool,
     pub run: CheckRun,
     /// Object that blocks the light, if the picture is black.
     pub cover: Option<LightBlocker>,
@@ -30,7 +37,8 @@ impl SmallRender {
         let mut film = ready.new_film("");
         let part = film.full_part();
         let pixels = u64::from(film.size()[0]) * u64::from(film.size()[1]);
-        let planned = pixels * u64::from(ready.settings().sampling.samples_per_pixel());
+        let samples_per_pixel = ready.settings().sampling.samples_per_pixel();
+        let planned = pixels * u64::from(samples_per_pixel);
         // The film is its own, so that it can't be refused.
         let _ = ready.render_part(&mut film, &part, deadline);
         let (shut_away, counters) = (ready.find_unreached_lights(&film), film.counters());
@@ -50,30 +58,65 @@ impl SmallRender {
             picture: film.picture(),
             counters,
             unreached_lights: shut_away,
+            error: film.estimate_uncertainty().map(|error| error.root_relmse),
+            samples_per_pixel,
+            lacks_chance_hits: film.has_too_few_chance_hits(),
             run,
             cover: None,
         }
     }
 
     /// Returns whether surfaces are visible and all of them are black. Radiances up to 1e-6, which
-    /// rounding can cause at grazing angles, count as black.
+    /// rounding can cause at grazing angles, count as black, unless most surfaces show some: then
+    /// faint light reaches them.
     pub fn is_black(&self) -> bool {
         const BLACK: f32 = 1e-6;
         let shines = |pixel: [f32; 3]| pixel.iter().any(|&channel| channel > BLACK);
-        self.counters.hits > 0
+        let is_dark = self.counters.hits > 0
             && self.first_pixel_where(shines).is_none()
-            && !self.run.is_cut_short()
+            && !self.run.is_cut_short();
+        let surfaces = || self.surface_pixels(|_| true);
+        let is_lit = |pixel: &[f32; 3]| pixel.iter().any(|&channel| channel > 0.0);
+        is_dark && 2 * surfaces().filter(is_lit).count() <= surfaces().count()
+    }
+
+    /// Returns the expected error (root relMSE) of a picture with a number of samples per pixel:
+    /// the variance falls as their inverse. `None` if the samples are too few to tell.
+    pub fn expected_error(&self, samples: u32) -> Option<f64> {
+        let is_known = !self.run.is_cut_short() && !self.lacks_chance_hits;
+        let error = self.error.map(|error| error.value);
+        let error = error.filter(|error| is_known && error.is_finite())?;
+        let ratio = f64::from(self.samples_per_pixel) / f64::from(samples.max(1));
+        Some(error * ratio.sqrt())
+    }
+
+    /// Returns whether many pixels carry the error. Of a few pixels, as at the edges of bright lamps,
+    /// the small picture tells little about a larger one.
+    pub fn is_noise_spread(&self) -> bool {
+        const SPREAD: f64 = 0.01;
+        let least = SPREAD * self.picture.rgb.len() as f64;
+        self.error.is_some_and(|error| error.carriers >= least)
+    }
+
+    /// Returns the pixels that show a surface of objects of which `holds` is true. Objects count as
+    /// in the layer `object.id`.
+    pub fn surface_pixels(&self, holds: impl Fn(u32) -> bool) -> impl Iterator<Item = [f32; 3]> {
+        let objects = self.picture.layer("object.id");
+        let shows = move |pixel: usize| {
+            objects.is_none_or(|layer| {
+                let object = layer.samples[pixel];
+                object >= 0.0 && holds(object as u32)
+            })
+        };
+        let pixels = self.picture.rgb.iter().enumerate();
+        pixels.filter_map(move |(pixel, &rgb)| shows(pixel).then_some(rgb))
     }
 
     /// Returns the mean radiance of the pixels that show a surface, without the brightest twentieth
     /// of them. Pixels of the sky do not count.
     pub fn mean_radiance(&self) -> f64 {
-        let objects = self.picture.layer("object.id");
-        let shows_surface =
-            |&(pixel, _): &(usize, _)| objects.is_none_or(|layer| layer.samples[pixel] >= 0.0);
-        let value = |pixel: &[f32; 3]| f64::from(pixel.iter().sum::<f32>()) / 3.0;
-        let pixels = self.picture.rgb.iter().enumerate().filter(shows_surface);
-        let mut values: Vec<f64> = pixels.map(|(_, pixel)| value(pixel)).collect();
+        let value = |pixel: [f32; 3]| f64::from(pixel.iter().sum::<f32>()) / 3.0;
+        let mut values: Vec<f64> = self.surface_pixels(|_| true).map(value).collect();
         values.retain(|value| value.is_finite());
         values.sort_unstable_by(f64::total_cmp);
         values.truncate(values.len() - values.len() / 20);

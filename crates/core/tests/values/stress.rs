@@ -10,6 +10,7 @@ mod hidden_light;
 mod lamps;
 mod light;
 mod meshes;
+mod noise;
 mod places;
 mod shells;
 mod sides;

@@ -16,6 +16,9 @@ fn exposures_that_show_nothing() {
         (0.0, 1e3, "white"),
         (-12.0, 0.5, "black"),
         (0.0, 1e-4, "black"),
+        (0.0, 1e-7, "black"),
+        (0.0, 0.004, "black"),
+        (0.0, 1e6, "white"),
     ] {
         let finding = alone(&of(exposure, sky), FindingCode::BadExposure, PictureWrong);
         assert!(finding.reason.contains(colour), "{finding:?}");
@@ -30,6 +33,17 @@ fn exposures_that_show_nothing() {
             .and_then(|number| number.parse().ok());
         let advised: f64 = advised.unwrap_or_else(|| panic!("{finding:?}"));
         assert_eq!(listed(&summarise_findings(&of(advised, sky)).findings), []);
+        // It shows surfaces as medium grey.
+        assert!(
+            (0.05..0.5).contains(&(0.4 * sky * advised.exp2())),
+            "{finding:?}"
+        );
+        let direction = if colour == "white" {
+            "darker"
+        } else {
+            "brighter"
+        };
+        assert!(finding.remedy.contains(direction), "{finding:?}");
     }
     assert_eq!(listed(&summarise_findings(&of(0.0, 1.0)).findings), []);
     // A wall of light less than a stop above white fills the picture.
@@ -43,6 +57,31 @@ fn exposures_that_show_nothing() {
         !codes.any(|code| code == FindingCode::BadExposure),
         "{found:?}"
     );
+}
+
+/// Protects: white surfaces are reported before a black background too, with the factor for their
+/// light, and without an exposure that no scene may set. A white lamp alone is meant to be white.
+#[test]
+fn white_surfaces_before_black() {
+    let of = |colour: f64| {
+        let light = json!({ "kind": { "point": { "position": [2, 4, 6] } }, "colour": colour });
+        scene(&json!({ "sky": null, "lights": [light] }))
+    };
+    let finding = alone(&of(1e6), FindingCode::BadExposure, PictureWrong);
+    assert!(finding.reason.contains("surfaces in view"), "{finding:?}");
+    assert!(finding.remedy.contains("--exposure -"), "{finding:?}");
+    let finding = alone(&of(1e30), FindingCode::BadExposure, PictureWrong);
+    assert!(
+        finding.remedy.starts_with("make the lights about")
+            && finding.remedy.ends_with("times darker"),
+        "{finding:?}"
+    );
+    assert_eq!(listed(&summarise_findings(&of(30.0)).findings), []);
+    let lamp = scene(&json!({
+        "materials": [paint("lamp", json!({ "base_colour": 0, "emission": 9 }))], "sky": null,
+        "objects": [object("ball", ball([0.0; 3], 1.0), "lamp")],
+    }));
+    assert_eq!(listed(&summarise_findings(&lamp).findings), []);
 }
 
 /// Protects: bodies that absorb all light of every colour within a share of their thickness are
@@ -64,5 +103,11 @@ fn bodies_that_look_black() {
         listed(&summarise_findings(&of(json!([0.1, 1.0, 0.9]), 1e-3)).findings),
         []
     );
-    assert_eq!(listed(&summarise_findings(&of(black, 0.3)).findings), []);
+    assert_eq!(
+        listed(&summarise_findings(&of(black.clone(), 0.3)).findings),
+        []
+    );
+    let clear = of(black, 5e3);
+    let finding = alone(&clear, FindingCode::AbsorptionOutOfScale, Harmless);
+    assert!(finding.reason.contains("look clear"), "{finding:?}");
 }

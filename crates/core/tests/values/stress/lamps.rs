@@ -148,6 +148,11 @@ fn a_mote_in_glass_is_not_to_be_a_light() {
         }));
         expect_finding(&motes, FindingCode::LampBelowPixel, SlowOrNoisy, &[])
     };
+    let count_text = of("glass").count_text();
+    assert_eq!(
+        count_text.as_deref(),
+        Some("1 of 1 lamp is smaller than a pixel")
+    );
     let [in_glass, in_paint] = ["glass", "paint"].map(|material| of(material).remedy);
     assert!(!in_glass.contains("`lights`"), "{in_glass}");
     assert!(in_paint.contains("`lights`"), "{in_paint}");

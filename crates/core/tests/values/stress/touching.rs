@@ -158,3 +158,25 @@ fn a_sheet_that_reaches_the_floor() {
     assert_eq!(codes, [FindingCode::CoplanarSurfaces]);
     assert_eq!(listed(&of(0.0)), []);
 }
+
+/// Protects: glass inside other glass that also touches its surface is one finding of glass, whose
+/// remedy holds for both: the body is not called open.
+#[test]
+fn nested_glass_that_touches() {
+    let cube = |name: &str, half: f64, material: &str| {
+        let min = [-half, -half, -half];
+        object(
+            name,
+            json!({ "box": { "min": min, "max": [half, half, 1] } }),
+            material,
+        )
+    };
+    let water = json!({ "transmission": 1, "roughness": 0, "ior": 1.33 });
+    let vessel = scene(&json!({
+        "materials": [paint("glass", json!({ "transmission": 1, "roughness": 0 })), paint("water", water)],
+        "objects": [cube("vessel", 1.0, "glass"), cube("drink", 0.8, "water")],
+    }));
+    let follows = [FindingCode::CoplanarSurfaces];
+    let finding = expect_finding(&vessel, FindingCode::NestedGlass, PictureWrong, &follows);
+    assert!(finding.remedy.contains("reach into"), "{finding:?}");
+}

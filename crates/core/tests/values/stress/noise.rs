@@ -1,0 +1,79 @@
+//! Noise of small pictures, expected with the scene's own number of samples.
+
+use super::light::with_lamp;
+use super::*;
+
+/// A room whose lamp shines at the ceiling alone, which is a mirror of a roughness.
+fn indirect_room(roughness: f64, samples: u32) -> Scene {
+    let mut materials = with_lamp(10.0);
+    let mirror = json!({ "base_colour": 0.8, "metallic": 1, "roughness": roughness });
+    materials
+        .as_array_mut()
+        .expect("materials")
+        .push(paint("mirror", mirror));
+    let mut panel = object(
+        "panel",
+        quad([-0.5, 2.5, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]),
+        "lamp",
+    );
+    panel["side"] = json!("outside");
+    let room = json!({ "box": { "min": [-3, 0, -3], "max": [3, 3, 5] } });
+    let ceiling = quad([-2.0, 2.9, -2.0], [4.0, 0.0, 0.0], [0.0, 0.0, 4.0]);
+    let shade = quad([-0.6, 2.3, -0.6], [1.2, 0.0, 0.0], [0.0, 0.0, 1.2]);
+    scene(&json!({
+        "sky": null, "materials": materials,
+        "render": { "size": [96, 54], "samples": samples, "integrator": "path" },
+        "objects": [object("room", room, "paint"), object("ball", ball([1.2, 0.6, 0.0], 0.6), "paint"),
+                    object("ceiling", ceiling, "mirror"), object("shade", shade, "paint"), panel],
+        "cameras": [{ "pose": { "look_at": { "eye": [0, 1.4, 4.5], "target": [0, 1.2, 0] } },
+                      "projection": { "pinhole": { "vertical_fov": 50 } } }],
+    }))
+}
+
+/// Protects: strong noise without a special cause is reported, with the number of samples that ends
+/// it. It is not with that many samples, or where the settings ask for an error. By a smoother mirror, the cause is chance.
+#[test]
+fn plain_noise() {
+    let noisy = indirect_room(0.1, 16);
+    let finding = alone(&noisy, FindingCode::NoisyPicture, SlowOrNoisy);
+    let words = finding.remedy.split("(about ").nth(1).unwrap_or_default();
+    let enough = words
+        .split(' ')
+        .next()
+        .and_then(|number| number.parse().ok());
+    let enough = enough.unwrap_or_else(|| panic!("{finding:?}"));
+    assert!((200..20_000).contains(&enough), "{finding:?}");
+    let calm = indirect_room(0.1, enough);
+    assert_eq!(listed(&summarise_findings(&calm).findings), []);
+    let settings = Settings {
+        max_error: Some(0.1),
+        ..Settings::from_scene(&noisy)
+    };
+    let report = stress(&noisy, &settings, &StressEffort::default(), &());
+    let report = report.unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(listed(&report.findings), []);
+    let smooth = indirect_room(0.02, 16);
+    alone(&smooth, FindingCode::LightByChance, SlowOrNoisy);
+}
+
+/// Protects: a bulb in glass is reported with few samples, and not with the number of samples that
+/// the remedy gives.
+#[test]
+fn noise_of_a_bulb_ends_with_samples() {
+    let of = |samples: u32| {
+        let floor = json!({ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } });
+        scene(&json!({
+            "sky": null, "materials": with_lamp(10.0),
+            "render": { "size": [96, 54], "samples": samples, "integrator": "path", "max_depth": 12 },
+            "objects": [object("floor", floor, "paint"), object("ball", ball([1.2, 0.6, 0.0], 0.6), "paint"),
+                        object("globe", ball([0.0, 2.0, 0.0], 0.3), "glass"), object("bulb", ball([0.0, 2.0, 0.0], 0.1), "lamp")],
+            "cameras": [{ "pose": { "look_at": { "eye": [0, 1.2, 5], "target": [0, 0.8, 0] } },
+                          "projection": { "pinhole": { "vertical_fov": 40 } } }],
+        }))
+    };
+    let finding = alone(&of(16), FindingCode::LightByChance, SlowOrNoisy);
+    assert!(finding.remedy.contains("--spp (about "), "{finding:?}");
+    for samples in [256, 4096] {
+        assert_eq!(listed(&summarise_findings(&of(samples)).findings), []);
+    }
+}
