@@ -16,10 +16,10 @@ out=$folder/$name
 
 # With a target of its own, procedural macros and build scripts keep the flags of the host.
 case $host in
-*-linux-gnu) RUSTFLAGS="${RUSTFLAGS:-} -C target-feature=+crt-static" cargo build --release --locked --target "$host" ;;
-*) cargo build --release --locked --target "$host" ;;
+*-linux-gnu) RUSTFLAGS="${RUSTFLAGS:-} -C target-feature=+crt-static" cargo build --profile distribution --locked --target "$host" ;;
+*) cargo build --profile distribution --locked --target "$host" ;;
 esac
-program=$target/$host/release/raywright
+program=$target/$host/distribution/raywright
 [ -e "$program" ] || program=$program.exe
 
 rm -rf "$out"
@@ -50,5 +50,5 @@ tar -C "$folder" -czf "$folder/$name.tar.gz" "$name"
 sum=$(command -v sha256sum || echo "shasum -a 256")
 (cd "$folder" && $sum "$name.tar.gz" >"$name.tar.gz.sha256" && cat "$name.tar.gz.sha256")
 if command -v maturin >/dev/null; then
-    maturin build --release --locked -m crates/python/Cargo.toml -o "$folder"
+    maturin build --profile distribution --locked -m crates/python/Cargo.toml -o "$folder"
 fi
