@@ -52,11 +52,11 @@ impl<'a> RunObserver<'a> {
 
     /// Whether the deadline has passed.
     pub fn is_past_deadline(&self) -> bool {
-        is_past(self.deadlines.deadline)
+        has_passed(self.deadlines.deadline)
     }
 }
 
-fn is_past(time: Option<Instant>) -> bool {
+fn has_passed(time: Option<Instant>) -> bool {
     time.is_some_and(|time| Instant::now() >= time)
 }
 
@@ -86,7 +86,7 @@ impl Observer for RunObserver<'_> {
             .deadlines
             .pause_at_samples
             .is_some_and(|maximum| self.finished_samples.load(Ordering::Relaxed) >= maximum);
-        everywhere && self.is_past_deadline() || has_most || is_past(self.deadlines.pause_at)
+        everywhere && self.is_past_deadline() || has_most || has_passed(self.deadlines.pause_at)
     }
 }
 

@@ -25,12 +25,12 @@ pub fn escape_controls_in_json(json: &str) -> Cow<'_, str> {
 
 /// Calls `put` for each control character; `put` appends the replacement to the new text.
 fn replace_control_characters(text: &str, put: impl Fn(char, &mut String)) -> Cow<'_, str> {
-    if !text.chars().any(is_display_control) {
+    if !text.chars().any(is_terminal_control) {
         return Cow::Borrowed(text);
     }
     let mut out = String::with_capacity(text.len());
     text.chars().for_each(|c| {
-        if is_display_control(c) {
+        if is_terminal_control(c) {
             put(c, &mut out)
         } else {
             out.push(c)
@@ -46,7 +46,7 @@ fn replace_control_characters(text: &str, put: impl Fn(char, &mut String)) -> Co
 ///
 /// Exceptions are the joiners (U+200C, U+200D), required by some scripts, and visible signs (such
 /// as U+0600, the Arabic number sign).
-fn is_display_control(c: char) -> bool {
+fn is_terminal_control(c: char) -> bool {
     match c {
         '\n' | '\t' => false,
         '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}' | '\u{200e}' | '\u{200f}' | '\u{feff}' => {

@@ -75,7 +75,8 @@ impl<R: Real> Cuboid<R> {
     }
 
     /// Evaluates the surface point of a face. `raw` is a point close to the face. It is moved onto
-    /// the face, and off the face's border by the rounding of stored coordinates.
+    /// the face. Near the face's border it is also moved inwards, by the rounding error of stored
+    /// coordinates.
     #[inline(always)]
     fn eval_face_point(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let at = |i: usize| {

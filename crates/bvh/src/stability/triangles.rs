@@ -138,7 +138,7 @@ impl ClosedMesh {
     }
 }
 
-/// Aim of a case's rays at a closed mesh.
+/// Points of a closed mesh at which the rays of a test case are aimed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayTarget {
     /// A corner of the mesh.

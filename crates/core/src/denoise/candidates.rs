@@ -179,15 +179,16 @@ pub(super) fn compute_candidates_of_rows(
 
 /// Two filtered replicates of a window.
 struct FilteredPair {
-    /// Indices of the replicates.
+    /// Indices of these two among the four replicates of the window.
     filtered: [usize; 2],
     /// Light of the replicates with dimmed fireflies.
     targets: [ColourPlanes; 2],
-    /// Albedo of the replicates, by which light is divided before the filter.
+    /// Albedo of the replicates, increased so that it is never zero. Light is divided by it before
+    /// the filter.
     floors: [ColourPlanes; 2],
-    /// Targets divided by floors.
+    /// `targets` divided by `floors`.
     divided: [ColourPlanes; 2],
-    /// Filtered light, divided by the floors.
+    /// Filtered light, still divided by `floors`.
     light: FilterOutput,
     /// Filtered emission; `None` if the emission has no noise.
     emission: Option<FilterOutput>,

@@ -90,24 +90,24 @@ fn vector_at<const N: usize>(row: &[f64; N], index: usize) -> DVec3 {
     DVec3::new(row[3 * index], row[3 * index + 1], row[3 * index + 2])
 }
 
-/// Returns 16 numbers for a receiving point and four corners. The first 12 are the unit directions
-/// to the corners. Then follow numerator and denominator of tan(Ω/2) for each of the two triangles,
-/// where Ω is the triangle's solid angle.
+/// Returns 16 numbers for a receiving point and four corners, given by their components. The first
+/// 12 are the unit directions from the point to the corners. Then follow numerator and denominator
+/// of tan(Ω/2) for each of the two triangles, where Ω is the triangle's solid angle.
 ///
-/// The numerator is the volume that the three directions span. The denominator is 1 plus their
-/// pairwise cosines ("The Solid Angle of a Plane Triangle", Van Oosterom, Strackee 1983). The
-/// parameter holds the components of receiving point and corners.
+/// The numerator is the volume that the directions to the triangle's corners span. The denominator
+/// is 1 plus their pairwise cosines ("The Solid Angle of a Plane Triangle", Van Oosterom, Strackee
+/// 1983).
 #[inline(always)]
-fn corner_directions_and_volumes(corner_directions: [f64; 15]) -> [f64; 16] {
-    let from = vector_at(&corner_directions, 0);
+fn corner_directions_and_volumes(point_and_corners: [f64; 15]) -> [f64; 16] {
+    let from = vector_at(&point_and_corners, 0);
     // Vector by vector: `map` of an array is not always inlined.
     let (a, b) = (
-        (vector_at(&corner_directions, 1) - from).normalize(),
-        (vector_at(&corner_directions, 2) - from).normalize(),
+        (vector_at(&point_and_corners, 1) - from).normalize(),
+        (vector_at(&point_and_corners, 2) - from).normalize(),
     );
     let (c, d) = (
-        (vector_at(&corner_directions, 3) - from).normalize(),
-        (vector_at(&corner_directions, 4) - from).normalize(),
+        (vector_at(&point_and_corners, 3) - from).normalize(),
+        (vector_at(&point_and_corners, 4) - from).normalize(),
     );
     let across = a.dot(c);
     let directions: [f64; 12] = flatten_vectors([a, b, c, d]);
@@ -142,19 +142,19 @@ fn triangle_solid_angles(sides: &[f64; 16]) -> [f64; 2] {
 /// cosine `beside`. The sampled point lies on this arc, at the fraction given by `v`.
 #[inline(always)]
 fn offset_to_sample(
-    corner_directions: [f64; 15],
+    point_and_corners: [f64; 15],
     sides: [f64; 16],
     [is_second, of_area, beside, v]: [f64; 4],
 ) -> [f64; 4] {
     let select = |first: DVec3, second: DVec3| if is_second > 0.0 { second } else { first };
     let (from, first, second) = (
-        vector_at(&corner_directions, 0),
-        vector_at(&corner_directions, 1),
-        vector_at(&corner_directions, 2),
+        vector_at(&point_and_corners, 0),
+        vector_at(&point_and_corners, 1),
+        vector_at(&point_and_corners, 2),
     );
     let (third, fourth) = (
-        vector_at(&corner_directions, 3),
-        vector_at(&corner_directions, 4),
+        vector_at(&point_and_corners, 3),
+        vector_at(&point_and_corners, 4),
     );
     let (a, b, c, d) = (
         vector_at(&sides, 0),

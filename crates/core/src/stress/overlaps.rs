@@ -173,7 +173,7 @@ fn overlap_verdict(
             FindingCode::CoplanarSurfaces,
             Severity::Harmless,
             format!(
-                "; the picture is right all the same: where the two overlap, {own} of {rays} rays see this object, and {elsewhere} rays see it elsewhere"
+                "; rounding does not decide which of the two is seen: {own} of {rays} rays in the overlap hit this object, and {elsewhere} rays hit it outside the overlap"
             ),
         ),
     }

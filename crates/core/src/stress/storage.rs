@@ -245,7 +245,7 @@ fn scale_findings(
     let far = find_outliers(scene_facts, views);
     let mut findings: Vec<StressFinding> = far
         .iter()
-        .map(|outlier| outlier.outlier_finding(scene_facts, survey))
+        .map(|outlier| outlier.distant_object_finding(scene_facts, survey))
         .collect();
     let rest = scene_facts
         .objects
@@ -304,7 +304,11 @@ struct OutlierObject {
 }
 
 impl OutlierObject {
-    fn outlier_finding(&self, scene_facts: &SceneFacts<'_>, survey: &RaySurvey) -> StressFinding {
+    fn distant_object_finding(
+        &self,
+        scene_facts: &SceneFacts<'_>,
+        survey: &RaySurvey,
+    ) -> StressFinding {
         let object_facts = &scene_facts.objects[self.object];
         let seen = survey.first_hits.get(&self.object);
         let seen_at = seen.and_then(|sighting| finite_point(sighting.position));

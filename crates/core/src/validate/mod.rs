@@ -46,7 +46,8 @@ pub const MIN_LENGTH: f64 = 1e-15;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// Path from the root of the scene, such as `objects[3].shape.sphere.radius`. It is empty for
-    /// the scene as a whole. Its last keys may be missing in the file, if the file omits a key.
+    /// the scene as a whole. If the file omits a key, the path
+    /// names it all the same.
     pub path: String,
     /// Message: one sentence without a full stop.
     pub message: String,

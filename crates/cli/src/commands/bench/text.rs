@@ -106,7 +106,7 @@ fn describe_crossover(crossover: Option<Crossover>) -> String {
         Some(Crossover::Never) => {
             "The tree is not faster than the scan at the largest measured N.".to_owned()
         }
-        None => "The scan was not timed, so there is no crossover.".to_owned(),
+        None => "The scan, which tests every primitive, was not timed: from which N on the tree is faster is not known.".to_owned(),
     }
 }
 
