@@ -18,7 +18,7 @@ pub enum GeometryError {
     Singular,
     /// The transform of a moving instance has no inverse at some time of the motion.
     #[error(
-        "at some time between its start and its end the moving transform has no inverse, or is too close to having none (half a turn, for example, flattens the object halfway); bring the two ends closer together"
+        "at some time between its start and its end the moving transform has no inverse, or is too close to having none (half a turn, for example, flattens the object halfway); use a smaller change from start to end"
     )]
     SingularDuringMotion,
     /// A geometry with instances, added as a part: only two levels are supported.

@@ -53,11 +53,11 @@ const SYNONYMS: [(&[&str], &str); 21] = [
     ),
     (
         &["noise", "noise-threshold", "noise-level", "tolerance"],
-        "use --max-error E, such as 0.05, to end at an error of the picture",
+        "use --max-error E, such as 0.05, to end the render at this estimated error",
     ),
     (
         &["depth", "bounces", "max-bounces", "path-length"],
-        "use --max-depth N for the ray segments of a path",
+        "use --max-depth N for the largest number of ray segments in a path",
     ),
     (
         &["out", "outfile", "output-file", "filename", "o"],

@@ -400,7 +400,7 @@ fn a_reference_is_kept() {
     let run = sandbox.run(&quick(&["--reference", "render.film"]));
     run.exits_with(3);
     assert!(
-        run.stderr.contains("the file is no reference"),
+        run.stderr.contains("the file is not a reference"),
         "{}",
         run.stderr
     );

@@ -37,7 +37,7 @@ fn many_files_are_checked() {
     );
     sandbox.run(&[&both[..], &["--deny-warnings"]].concat())
         .exits_with(3)
-        .prints_like("error: empty.scene.toml: 1 warning, and --deny-warnings allows none; mend the file, or permit a kind of warning with --allow\nerror: 1 of 2 files have problems");
+        .prints_like("error: empty.scene.toml: 1 warning, and --deny-warnings allows none; correct the file, or permit a warning by its code: --allow CODE\nerror: 1 of 2 files have problems");
     let all = [
         "check",
         "good.scene.toml",

@@ -36,7 +36,7 @@ fn wrong_use_is_explained() {
         ),
         (
             &["render", "--max-depth", "0"],
-            "error: invalid value '0' for '--max-depth <N>': 0 is not from 1 to 64; without a limit, write `unlimited`\n\nFor more information, try '--help'.",
+            "error: invalid value '0' for '--max-depth <N>': 0 is not from 1 to 64; for no limit, write `unlimited`\n\nFor more information, try '--help'.",
         ),
         (
             &["render", "--eye", "1,2"],

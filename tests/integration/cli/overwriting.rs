@@ -423,7 +423,7 @@ fn full_disks_keep_sheets_and_animations() {
         .run(&[&series[..], &both].concat())
         .exits_with(4)
         .prints_like("the picture is kept in full-1-2.exr")
-        .prints_like("the pictures finished before are in")
+        .prints_like("the finished pictures are in")
         .prints_like("s.partial.png");
     assert!(sandbox.path("full-0.exr").exists() && sandbox.path("s.partial.png").exists());
 }

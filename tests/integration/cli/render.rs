@@ -542,7 +542,7 @@ fn lamps_in_cupboards_are_named() {
         one.len() == 1 && one[0].starts_with("note: nothing is lit by object `b`: all "),
         "{one:?}"
     );
-    assert!(one[0].ends_with(" rays between lights and surfaces were blocked; if this is not intended, move the light out of the object around it"), "{one:?}");
+    assert!(one[0].ends_with(" rays to surfaces were blocked; if this is not intended, move the light out of the object that encloses it"), "{one:?}");
     let all = messages("all.scene.toml", &[-2.0, 0.0, 2.0]);
     assert!(
         all.len() == 1

@@ -206,7 +206,7 @@ fn closed_gaps_are_a_warning() {
     );
     let run = sandbox.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
     let message = "the gap between object `shell` and object `core` is closed: light passes from the first into the second without crossing the \
-                   gap, since they touch or are closer than rounding resolves; leave ";
+                   gap, since they touch or are so close that rounding errors exceed their distance; leave ";
     let warning = run
         .exits_with(0)
         .stderr
@@ -256,7 +256,7 @@ fn light_leaks_are_a_warning() {
     let scene = |gap: f64| format!("{head}{}{}", quad("lamp", 1.0), quad("lid", 1.0 - gap));
     sandbox.write("a.scene.toml", scene(1e-7));
     let run = sandbox.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
-    let head = "warning: object `lamp` shines through object `lid`, which is opaque but closer to the light than rounding resolves; leave ";
+    let head = "warning: object `lamp` shines through object `lid`, which is opaque but so close to the light that rounding errors exceed the distance; leave ";
     let tail = " metres or more between them, or add --precision reference";
     let said = run
         .exits_with(0)

@@ -295,7 +295,7 @@ fn parse_max_depth(text: &str) -> Result<u32, String> {
         Ok(number)
     } else {
         Err(format!(
-            "{number} is not from 1 to {maximum}; without a limit, write `unlimited`"
+            "{number} is not from 1 to {maximum}; for no limit, write `unlimited`"
         ))
     }
 }

@@ -165,7 +165,7 @@ fn deny_warnings(name: &str, warnings: &[Warning], args: &CheckArgs) -> Option<F
         let found = format_count(denied, "warning");
         Failure::new(
             Exit::Input,
-            format_args!("{name}: {found}, and --deny-warnings allows none; mend the file, or permit a kind of warning with --allow"),
+            format_args!("{name}: {found}, and --deny-warnings allows none; correct the file, or permit a warning by its code: --allow CODE"),
         )
     })
 }

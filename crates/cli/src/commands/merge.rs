@@ -117,7 +117,7 @@ fn merge_failure(path: &Path, first: &Path, error: FilmMergeError) -> Failure {
                 path,
                 "the part has samples that an earlier part has too, and no sample may count twice",
             );
-            error.with_hint("name each part once").into()
+            error.with_hint("name each part once; each part needs its own K in --part K/N").into()
         }
         other => Error::invalid_input(path, other).into(),
     }

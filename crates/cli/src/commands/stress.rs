@@ -176,7 +176,7 @@ fn fail_on_denied(report: &StressSummary, denied: Severity, name: &str) -> Resul
         _ => Err(Failure::new(
             Exit::Failed,
             format_args!(
-                "{name}: {count} of {} denied by --deny",
+                "{name}: --deny rejects {count} of {}",
                 count_with_unit(all as u64, "findings")
             ),
         )),

@@ -49,7 +49,7 @@ fn black_picture_finding(
     let (reason, remedy) = match picture.cover {
         None if has_expression => (
             "all visible surfaces are black: no sample found light in the sky, whose `expression` is black or bright only in a small place".to_owned(),
-            "make the bright place of the sky larger, or make it an entry of `suns` in a `gradient` sky, whose light is found".to_owned(),
+            "make the bright place of the sky larger, or replace it by an entry of `suns` in a `gradient` sky: samples are aimed at such suns".to_owned(),
         ),
         None => (
             "all visible surfaces are black: no light reaches them".to_owned(),
@@ -109,10 +109,10 @@ fn black_picture_cause_texts(
         subject.display_name(scene_facts.scene)
     });
     let (why, what) = match &cover {
-        Some(cover) => (format!("shut away by {cover}"), cover.as_str()),
+        Some(cover) => (format!("blocked by {cover}"), cover.as_str()),
         None => (
-            "shut away, or turned away from all visible surfaces".to_owned(),
-            "the cover of the light",
+            "blocked, or turned away from all visible surfaces".to_owned(),
+            "the object that blocks the light",
         ),
     };
     Some((

@@ -86,8 +86,7 @@ impl BodyChecks<'_> {
         let mut findings = Vec::new();
         for (&object, sighting) in &survey.self_hits {
             let reason = "rays that start at this surface hit it again at their start, which shows as dark speckles";
-            let remedy =
-                "remove `classic.spawn` from the scene file, or set a larger `offset` there";
+            let remedy = "remove `classic.spawn` from the scene file, or set a larger `offset` in `classic.spawn`";
             let predicate = "that start at a surface hit it again";
             findings.push(
                 self.wrong_picture_finding(FindingCode::SelfHit, object, reason, remedy)
@@ -103,8 +102,7 @@ impl BodyChecks<'_> {
             .filter(|(_, sighting)| many(sighting))
         {
             let reason = "rays that start at this surface begin behind another surface, whose shadow and reflection are missing there";
-            let remedy =
-                "remove `classic.spawn` from the scene file, or set a smaller `offset` there";
+            let remedy = "remove `classic.spawn` from the scene file, or set a smaller `offset` in `classic.spawn`";
             let predicate = "that start at a surface began behind another surface";
             findings.push(
                 self.wrong_picture_finding(FindingCode::StartBeyondSurface, object, reason, remedy)
@@ -221,7 +219,7 @@ impl BodyChecks<'_> {
                 "set a `priority` for the material of each body, and let bodies that touch reach into each other: where bodies overlap, the one with the greatest priority counts"
             }
             true => {
-                "if they should be one body, set a `priority` for their material; if one should make the other hollow, give each a material of its own with a `priority`: the hollow one the greater, and `ior = 1`"
+                "if the bodies should be one, set a `priority` for their material; if one should be a hollow in the other, give each body its own material with a `priority`, and the hollow the greater `priority` and `ior = 1`"
             }
         };
         let finding = self.wrong_picture_finding(FindingCode::NestedGlass, inner, reason, remedy);
@@ -311,7 +309,7 @@ pub(super) fn closed_gap_findings(
     };
     let gap = |gap: &UnresolvedGap| {
         let reason = format!(
-            "it touches {other}, or is less than {} away from it, too close for the precision: light that leaves one of the two skips the other",
+            "it touches {other}, or is less than {} away from it, too close for the precision: light that leaves one of the two misses the surface of the other",
             append_metre_unit(&format_rounded_up(gap.resolved_width)),
             other = words(gap.other)
         );
@@ -331,7 +329,7 @@ pub(super) fn closed_gap_findings(
             LampRef::Object(object) => subject(object),
         };
         let reason = format!(
-            "it is so close to {}, which is opaque, that the precision does not tell which of the two is in front: its light passes through, or its own surface is not seen",
+            "it is so close to {}, which is opaque, that the precision does not tell which of the two is in front: its light passes through that object, or the lamp itself is not seen",
             words(leak.cover)
         );
         let remedy = format!(

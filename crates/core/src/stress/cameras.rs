@@ -168,7 +168,7 @@ fn nothing_seen_finding(
             "check that the scene has objects that are visible (`opacity`, `side`) and not scaled to nothing"
         }
         _ => {
-            "turn the camera to the scene (`pose`, or render with --eye and --target), or remove it from the file: a scene without cameras is framed as a whole"
+            "turn the camera to the scene (`pose`, or render with --eye and --target), or remove the camera from the file: without a camera, the picture shows the whole scene"
         }
     };
     StressFinding::new(code, severity, view.subject, reason, remedy)

@@ -186,7 +186,7 @@ impl UsedMesh<'_> {
         let seen = opaque().find(is_seen_through);
         let &object_facts = seen.or(opaque().next())?;
         let (severity, end) = match seen {
-            Some(_) => (Severity::PictureWrong, "and a camera sees through it"),
+            Some(_) => (Severity::PictureWrong, "and a camera sees through the hole"),
             None => (Severity::Harmless, "but no camera sees through the hole"),
         };
         let places = holes.some.iter().map(|hole| {
@@ -195,7 +195,7 @@ impl UsedMesh<'_> {
         });
         let (_, place) = item_nearest_to_camera(self.views, places)?;
         let reason = format!(
-            "a triangle is missing in an otherwise closed surface, {end}: light enters there, and the inside or the background can show"
+            "a triangle is missing in an otherwise closed surface, {end}: light enters through the hole, and the inside or the background can show"
         );
         let remedy = "fill the hole in the modelling program";
         let (code, subject) = (FindingCode::OpenEdges, object_facts.subject);

@@ -75,7 +75,7 @@ fn coinciding_copies_severity(
         let label = "only one copy is seen, but rays are tested against all copies";
         (Severity::SlowOrNoisy, label)
     } else {
-        let label = "with the same material, so that the fault is not visible";
+        let label = "all have the same material, so that the fault is not visible";
         (Severity::Harmless, label)
     }
 }
@@ -148,7 +148,7 @@ fn twin_generator_finding(
     let (severity, label) = match coinciding_copies_severity(scene_facts, index, 2) {
         (Severity::Harmless, _) if other.object.material != own.object.material => (
             Severity::PictureWrong,
-            "with another material; of each two, only that of the first generator in the file is seen",
+            "the materials differ; of each two copies, only that of the first generator in the file is seen",
         ),
         known => known,
     };

@@ -146,11 +146,11 @@ pub(super) fn depth_loss_finding(
     let worst = losses.iter().max_by(|a, b| a.loss.total_cmp(&b.loss))?;
     let &DepthLoss { depth, enough, .. } = worst;
     let reason = format!(
-        "paths have at most {depth} segments, which ends many of them in glass or behind it: there the picture lacks {:.0} % of its light",
+        "paths have at most {depth} segments, so that many end in glass or behind it: pixels that show this glass lack {:.0} % of their light",
         100.0 * worst.loss
     );
     let remedy = format!(
-        "raise `render.max_depth` to {enough}, or render with --max-depth {enough}; each pane or ball takes two segments, and light behind it takes as many back"
+        "raise `render.max_depth` to {enough}, or render with --max-depth {enough}; a path needs two segments for each pane or ball of glass, and two more if its light comes back through the same glass"
     );
     let (code, severity) = (FindingCode::DepthBelowGlass, Severity::PictureWrong);
     let subject = scene_facts.objects[worst.object].subject;

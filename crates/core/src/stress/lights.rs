@@ -66,7 +66,7 @@ fn duplicate_light_finding(
         let end = "together they are twice as bright as one";
         (Severity::PictureWrong, end)
     } else {
-        let end = "with another colour; the light of both is added";
+        let end = "the two differ in colour, and the light of both is added";
         (Severity::Harmless, end)
     };
     StressFinding::new(

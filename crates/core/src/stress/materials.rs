@@ -44,7 +44,7 @@ fn value_findings(survey: &RaySurvey, furnaces: &[FurnaceAlbedo]) -> Vec<StressF
     let mut findings = Vec::new();
     for (&(material, key), sighting) in &survey.not_numbers {
         let reason = format!(
-            "its `{key}` is not a finite number in places: its expression or image gives none there"
+            "its `{key}` is NaN or infinite at some points of the surface, where its expression or image gives such a value"
         );
         let finding = StressFinding::new(
             FindingCode::ValuesNotNumbers,

@@ -308,7 +308,7 @@ impl UsedMesh<'_> {
                 "had more than two triangles",
             );
             let reason = "more than two triangles meet at edges of this glass body, so that its inside and outside are undefined there";
-            let remedy = "split the body there, or remove the walls inside it";
+            let remedy = "split the body at these edges, or remove the walls inside the body";
             let kind = (FindingCode::NonManifoldEdges, severity);
             findings.push(self.edge_finding(kind, object_facts, label, (reason, remedy)));
         }

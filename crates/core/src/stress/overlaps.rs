@@ -155,7 +155,7 @@ fn overlap_verdict(
             FindingCode::CoplanarSurfaces,
             Severity::PictureWrong,
             format!(
-                "; {} of {rays} rays see the other surface in its place, and no ray sees this object elsewhere",
+                "; {} of {rays} rays in the overlap hit the other surface, and no ray hits this object outside the overlap",
                 rays - own
             ),
         ),
@@ -193,6 +193,6 @@ pub(super) fn separation_remedy(minimum: f64, gap: f64, precision: PrecisionChoi
     };
     let least = append_metre_unit(&format_rounded_up(minimum));
     format!(
-        "move the one that should be seen by {least} or more, to the side from which it should be seen, or remove the other{exact}"
+        "leave {least} or more between the two: move the object that should be seen to the side from which it should be seen, or remove the other{exact}"
     )
 }

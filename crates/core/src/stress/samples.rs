@@ -94,7 +94,7 @@ fn sample_loss_findings(picture: &SmallRender, size: [u32; 2]) -> Vec<StressFind
             FindingCode::RaysCutShort,
             Severity::PictureWrong,
             FindingSubject::Scene,
-            format!("rays end after passing {maximum} absent or partly transparent surfaces, so that everything behind is missing"),
+            format!("rays end after {maximum} surfaces that are cut out or partly transparent, so that objects behind these surfaces are missing"),
             "place fewer such surfaces behind each other",
         )
         .with_count(rays, 0, "rays", "ended there"),
@@ -182,7 +182,7 @@ fn unreached_lights(
     pictures: &[SmallRender],
 ) -> Vec<(FindingSubject, u64, &'static str)> {
     const BLOCKED: &str = "towards it were blocked";
-    const UNSEEN: &str = "from it ended out of sight";
+    const UNSEEN: &str = "from the light reached no visible surface";
     let subject_of = |unreached_light: &UnreachedLight| match *unreached_light {
         UnreachedLight::Light { index, rays } => (FindingSubject::Light(index), rays, BLOCKED),
         UnreachedLight::Object { index, rays } => {
@@ -229,8 +229,8 @@ fn unreached_light_findings(
         if is_reported_by_light_checks(scene_facts, survey, subject) {
             return None;
         }
-        let reason = "this light reaches no visible surface: it is shut away, or turned away from all of them";
-        let remedy = "open or remove its cover, or remove the light, which only adds noise";
+        let reason = "this light reaches no visible surface: it is blocked, or turned away from all visible surfaces";
+        let remedy = "open or remove the object that blocks the light, or remove the light, which only adds noise";
         // Of a generator's lamps some may well be hidden.
         let is_one = subject.list_index() < scene_facts.scene.objects.len()
             || matches!(subject, FindingSubject::Light(_));

@@ -47,8 +47,9 @@ pub(super) fn summarise_findings(
 
 /// Returns a finding if the scene has no object.
 fn empty_scene_finding(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
-    let reason = "the scene has no object: the file has none, or the reader left all of them out";
-    let remedy = "check the warnings of reading the file, and whether its scene has a mesh with finite vertices";
+    let reason = "the scene has no object: the file has no object, or all its objects were left out when it was read";
+    let remedy =
+        "check the warnings about the file, and whether the file has a mesh with finite vertices";
     scene_facts.is_empty().then(|| {
         let (code, severity) = (FindingCode::NothingSeen, Severity::PictureWrong);
         StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy)

@@ -65,7 +65,7 @@ impl BodyChecks<'_> {
             }
             let least = self.resolution.min_separation_at(sighting.position);
             let reason = format!(
-                "this glass is only {} thick, too thin for the precision there: light that enters it skips its other side",
+                "this glass is only {} thick, too thin for the precision at that place: light that enters the glass misses its other side",
                 format_metres(thickness)
             );
             let remedy = format!(
@@ -111,7 +111,7 @@ impl BodyChecks<'_> {
         }
         let reason = "it lies inside seven or more other bodies, but a path knows at most seven bodies at once: the boundaries of the others do not bend or tint light";
         let remedy = "let at most seven bodies of glass overlap in one place";
-        let predicate = "that enter it were in seven others or more";
+        let predicate = "that enter it were already inside seven or more other bodies";
         Some(
             self.wrong_picture_finding(FindingCode::NestedGlass, object, reason, remedy)
                 .with_count(sighting.count, hit_count, "rays", predicate)

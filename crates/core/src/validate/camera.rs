@@ -132,11 +132,11 @@ fn check_pinhole(check: &mut SceneCheck<'_>, lens: &Pinhole) {
     let hint =
         "give exactly one of `vertical_fov`, `horizontal_fov` (both in degrees) and `focal_length`";
     match given.as_slice() {
-        [] => check.report_with_hint("the pinhole camera has no opening angle", hint),
+        [] => check.report_with_hint("the pinhole camera has no field of view", hint),
         [_] => {}
         [first, second, ..] => {
             let message = format!(
-                "`{first}` and `{second}` both set the opening angle of the pinhole camera"
+                "`{first}` and `{second}` both set the field of view of the pinhole camera"
             );
             check.with_key(second, |check| check.report_with_hint(message, hint));
         }

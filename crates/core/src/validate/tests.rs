@@ -270,7 +270,7 @@ fn cameras_look_somewhere_and_open_somewhat() {
             })
         })
     };
-    assert!(lens(None, None, None).contains("has no opening angle"));
+    assert!(lens(None, None, None).contains("has no field of view"));
     assert!(
         lens(Some(1.0), None, Some(1.0)).contains("`vertical_fov` and `focal_length` both set")
     );

@@ -168,7 +168,7 @@ impl<'a> AccessorReader<'a> {
             .checked_sub((count as u64).saturating_mul(size as u64));
         self.zero_bytes_left.set(left.ok_or_else(|| {
             Fault::over_limit(format!(
-                "has {count} elements without data, which stand for zeros; all such elements of a file may take at most 256 MiB"
+                "has {count} elements without data, which are read as zeros; the zeros of all accessors of the file exceed the limit of 256 MiB"
             ))
         })?);
         Ok(&[])

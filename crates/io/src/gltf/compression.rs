@@ -187,7 +187,7 @@ fn accessor_layout(
     let place = |fault: Fault| fault.with_place(format_args!("accessors[{index}]"));
     if accessor.count != decoded as u64 {
         let message = format!(
-            "has {} elements, but {decoded} were decoded",
+            "has {} elements, but the compressed data contains {decoded}",
             accessor.count
         );
         return Err(place(Fault::invalid_input(message)));

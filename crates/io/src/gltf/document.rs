@@ -131,7 +131,7 @@ pub(super) fn parse(
     let maximum = limits.memory_bytes / BYTES_A_VALUE;
     if count_values(text) > maximum {
         return Err(Fault::over_limit(format!(
-            "has more than {maximum} JSON values, the most that the memory limit allows"
+            "has more than {maximum} JSON values, the most that the memory limit allows; raise the limit with --max-memory"
         )));
     }
     match parse_typed(text, warnings) {

@@ -34,7 +34,7 @@ impl RewrittenJson {
     pub fn duplicate_name_warning(&self) -> Option<String> {
         let (name, line) = self.first_repeated.as_ref()?;
         let many = if self.repeated_names > 1 {
-            format!(" (of {} repeated keys)", self.repeated_names)
+            format!(" (one of {} repeated keys)", self.repeated_names)
         } else {
             String::new()
         };

@@ -271,7 +271,10 @@ impl<'a> GltfImport<'a> {
         self.budget.reserve_memory(data.byte_size(), 1)?;
         let mut data = mesh_tools::apply_singular_transform(&data, world);
         let dropped = mesh_tools::drop_non_finite_triangles(&mut data);
-        let place = format!("mesh `{}` under a flattening transform: ", mesh.name);
+        let place = format!(
+            "mesh `{}`, flattened by the transform of its node: ",
+            mesh.name
+        );
         self.warnings.add_dropped(&place, dropped);
         if data.indices.is_empty() {
             return Ok(None);

@@ -37,7 +37,7 @@ pub(super) fn refuse_model_choices(name: &str, model: &ModelOptions) -> Result<(
 pub(super) fn refuse_up_axis(name: &str, model: &ModelOptions) -> Result<(), Error> {
     let Some(up) = model.up else { return Ok(()) };
     let message = format!(
-        "{name}: the up axis {} was requested, but only models have an up axis, not native scenes",
+        "{name}: the up axis {} was requested, but only models have an up axis, not scene files (.scene.toml, .scene.json)",
         up.name()
     );
     Err(Error::invalid_usage(message)

@@ -19,7 +19,7 @@ pub(crate) use vertices::decode_vertices;
 pub(crate) type PacketFault = &'static str;
 
 const TOO_SHORT: PacketFault = "the compressed data ends before the last element";
-const TOO_LONG: PacketFault = "bytes follow the end of the compressed data";
+const TOO_LONG: PacketFault = "the compressed data continues after the last element";
 const WRONG_STRIDE: PacketFault = "the byteStride is invalid for this mode or filter";
 
 /// Checks the first byte of a packet, which holds the codec (`kind`) and the codec's version.

@@ -242,7 +242,7 @@ fn read_opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
             warnings.add(
                 WarningCode::Choice,
                 format!(
-                    "material `{}`: `Tr 1` without `d` is read as opaque",
+                    "material `{}`: `Tr 1` without `d` is read as opaque, not as invisible",
                     sanitise_text(&source.name)
                 ),
             );

@@ -146,7 +146,7 @@ pub(super) fn read_header(bytes: &[u8]) -> ImportResult<PlyHeader> {
             ["comment", key, _, ..] if key.eq_ignore_ascii_case("TextureFile") => {
                 if header.images.len() >= MAX_DECLARATIONS {
                     return Err(place(Fault::over_limit(format!(
-                        "has more than {MAX_DECLARATIONS} images"
+                        "has more than {MAX_DECLARATIONS} images (lines `comment TextureFile`)"
                     ))));
                 }
                 header.images.push(

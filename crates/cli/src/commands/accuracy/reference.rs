@@ -35,7 +35,7 @@ pub fn read_reference(path: &Path, limits: &Limits) -> Result<Option<ReusableRef
         })
         .flatten();
     let rungs = rungs.ok_or_else(|| {
-        Error::invalid_input(path.display(), "the file is no reference of `raywright accuracy`")
+        Error::invalid_input(path.display(), "the file is not a reference picture that `raywright accuracy` wrote")
             .with_hint("give --reference a file that `raywright accuracy` wrote, or a name that does not exist yet")
     })?;
     Ok(Some(ReusableReference { rungs, film }))

@@ -173,7 +173,7 @@ pub fn test_against_noise(
         if judged.stored_picture.encoding != Encoding::Linear {
             let error = Error::invalid_input(
                 path.display(),
-                "--noise compares radiance, and this picture has codes of display values",
+                "--noise compares radiance, and this picture stores display values in place of radiance",
             );
             return Err(error
                 .with_hint("compare .exr pictures, or film files of --checkpoint")

@@ -330,7 +330,7 @@ fn describe_triangles(scene: &Scene) -> String {
             format!("{stored} in {n} {}", if n == 1 { "mesh" } else { "meshes" })
         }
         (n, shown) => format!(
-            "{stored} in {n} {}, {shown} shown with all instances",
+            "{stored} in {n} {}, {shown} shown when each instance is counted",
             if n == 1 { "mesh" } else { "meshes" }
         ),
     }

@@ -93,7 +93,7 @@ fn sums_of_a_scene() {
         (
             vec![mesh("a")],
             vec![shows("a"), shows("a")],
-            "2 in 1 mesh, 4 shown with all instances",
+            "2 in 1 mesh, 4 shown when each instance is counted",
         ),
         (
             vec![mesh("a"), mesh("b")],
@@ -103,7 +103,7 @@ fn sums_of_a_scene() {
         (
             vec![mesh("a"), mesh("b")],
             vec![shows("a")],
-            "4 in 2 meshes, 2 shown with all instances",
+            "4 in 2 meshes, 2 shown when each instance is counted",
         ),
     ] {
         assert_eq!(

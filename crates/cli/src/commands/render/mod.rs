@@ -188,7 +188,7 @@ fn refuse_impossible_denoising(
     }
     if !ready.depends_on_seed() {
         notes.add_hint(
-            "--denoise has no effect: no sample of this picture is random, so that it has no noise",
+            "--denoise has no effect: no sample of this picture is random, so that the picture has no noise",
         );
     } else if settings.sampling.is_fixed() {
         let error = Error::invalid_usage(

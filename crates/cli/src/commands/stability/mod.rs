@@ -152,7 +152,7 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
             let known =
                 |row: &&HardCaseResult| report.left_out.iter().any(|[case, _]| *case == row.case);
             let known = if broken.iter().all(known) {
-                " (in known cases: the report states the reasons)"
+                " (all of these cases are known, and the report states the reasons)"
             } else {
                 ""
             };

@@ -108,7 +108,8 @@ fn add_replaced_numbers(
         _ => format!(", and {} more such", count - 1),
     };
     let reason = format!("{}{more}", message(first));
-    let remedy = "set the number within its range in the file; -v lists all such numbers";
+    let remedy =
+        "change the number in the file to a value in the allowed range; -v lists all such numbers";
     let (code, severity) = (FindingCode::ValuesOutOfRange, Severity::Harmless);
     let finding = StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy);
     report

@@ -206,7 +206,7 @@ fn describe_checks(report: &StressSummary, seconds: f64) -> String {
     let [through, total] = report.cameras;
     if through < total {
         message += &format!(
-            "; only the first {through} of {}",
+            "; rays were traced only from the first {through} of {}",
             count_with_unit(total as u64, "cameras")
         );
     }

@@ -46,7 +46,9 @@ pub fn save_picture(
         Ok(other_metadata) if !other_metadata.is_file() => {
             return (
                 400,
-                format!("{name} exists and is no file that can be replaced; choose another name"),
+                format!(
+                    "{name} is a folder, a link or a device, which is not replaced; choose another name"
+                ),
             );
         }
         Ok(_) if !view_request.replace => return (409, format!("{name} exists already")),

@@ -113,7 +113,10 @@ impl ViewServer {
         };
         let is_read = request.method == "GET";
         if !self.hosts.contains(&request.host) {
-            return HttpResponse::with_text(403, "the Host header does not name this server");
+            return HttpResponse::with_text(
+                403,
+                "the Host header does not name this server: open the address that the program printed",
+            );
         }
         if request
             .origin

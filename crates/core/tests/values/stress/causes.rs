@@ -236,8 +236,8 @@ fn coplanar_surfaces_give_the_number_that_decides() {
     let reason = &harmless[0].reason;
     assert!(
         !reason.contains("decides")
-            && reason.contains("rays see this object")
-            && reason.contains("elsewhere"),
+            && reason.contains("rays in the overlap hit this object")
+            && reason.contains("outside the overlap"),
         "{reason}"
     );
     assert!(harmless[0].remedy.starts_with("nothing"), "{harmless:?}");
@@ -246,7 +246,7 @@ fn coplanar_surfaces_give_the_number_that_decides() {
     assert!(
         wrong[0]
             .reason
-            .contains("rays see the other surface in its place"),
+            .contains("rays in the overlap hit the other surface"),
         "{wrong:?}"
     );
 }

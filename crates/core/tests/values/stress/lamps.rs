@@ -105,7 +105,7 @@ fn lamps_without_area() {
     for edge in [1e-25, 1e-10] {
         let finding = alone(&of(edge, 9.0), FindingCode::UnreachedLight, SlowOrNoisy);
         assert!(
-            finding.reason.contains("area") && !finding.reason.contains("shut away"),
+            finding.reason.contains("area") && !finding.reason.contains("blocked"),
             "{finding:?}"
         );
         assert!(finding.place.is_some(), "{finding:?}");

@@ -151,7 +151,7 @@ pose.look_at = { eye = [0, 0, 5], target = [0, 0, 0] }
 projection.pinhole = { vertical_fov = 40, focal_length = 1 }
 "#,
         r#"
-error: `vertical_fov` and `focal_length` both set the opening angle of the pinhole camera
+error: `vertical_fov` and `focal_length` both set the field of view of the pinhole camera
  --> x.scene.toml:4:58
   |
 4 | projection.pinhole = { vertical_fov = 40, focal_length = 1 }

@@ -217,7 +217,7 @@ impl<'a> FilmSession<'a> {
             .filter(|_| !self.is_done && self.checkpoint_error.is_none())
         {
             self.task.verbosity.print_warning(format_args!(
-                "the checkpoint is not written, and the render continues: {}",
+                "the render continues, but the checkpoint could not be written: {}",
                 error.message()
             ));
         }

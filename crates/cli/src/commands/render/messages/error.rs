@@ -48,7 +48,7 @@ pub fn report_error(
             notes.add_warning("not converged: rays were sent to lamps or to the sky, and no sample found light; a larger --spp may find light");
         }
         Some(EstimateDoubt::FewPixels | EstimateDoubt::WideInterval) => notes.add_warning(format!(
-            "not converged: a few pixels have most of the noise ({noise}), because light is rarely found there; a larger --spp finds such light more often"
+            "not converged: a few pixels have most of the noise ({noise}), because their samples rarely find light; a larger --spp finds light more often"
         )),
         Some(EstimateDoubt::LightByChance) => notes.add_warning(format!(
             "not converged: paths by mirrors or through glass hit lamps and suns only by chance, and only {} of {} such paths hit a lamp or sun ({noise}); \
@@ -158,7 +158,7 @@ fn unknown_error_reason(doubt: EstimateDoubt) -> &'static str {
         EstimateDoubt::LightByChance => {
             "lamps and suns that paths hit only by chance were hit too seldom"
         }
-        EstimateDoubt::FewPixels => "light was found too rarely",
+        EstimateDoubt::FewPixels => "too few samples found light",
         EstimateDoubt::WideInterval => "the picture is too small for an estimate",
     }
 }

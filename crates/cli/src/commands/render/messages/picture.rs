@@ -106,7 +106,7 @@ pub fn note_unreached_lights(
         .map(|&(UnreachedLight::Light { rays, .. } | UnreachedLight::Object { rays, .. })| rays)
         .sum();
     let stopped = format!(
-        "all {rays} rays between lights and surfaces were blocked; if this is not intended, move the light out of the object around it"
+        "all {rays} rays to surfaces were blocked; if this is not intended, move the light out of the object that encloses it"
     );
     match unreached_lights.as_slice() {
         [] => {}

@@ -28,7 +28,7 @@ pub fn note_closed_gaps(
     } = *first;
     let message = format!(
         "the gap between {} and {}{} is closed: light passes from the first into the second without crossing the gap, since they touch or are \
-         closer than rounding resolves; {}",
+         so close that rounding errors exceed their distance; {}",
         object_name(loaded, object),
         object_name(loaded, other),
         format_other_pairs(others.len()),
@@ -59,7 +59,7 @@ pub fn note_light_leaks(
         LampRef::Object(index) => object_name(loaded, index),
     };
     let message = format!(
-        "{lamp} shines through {}{}, which is opaque but closer to the light than rounding resolves; {}",
+        "{lamp} shines through {}{}, which is opaque but so close to the light that rounding errors exceed the distance; {}",
         object_name(loaded, cover),
         format_other_pairs(others.len()),
         advise_distance(resolved_distance, settings)

@@ -96,7 +96,7 @@ pub fn note_clamp_bias(
     };
     let message = if ready.is_path_traced() {
         format!(
-            "samples brighter than {maximum} are dimmed to this radiance: pixels with such samples are too dark (bias)"
+            "--clamp dims samples brighter than {maximum} to this radiance: pixels with such samples are too dark (bias)"
         )
     } else {
         "--clamp has no effect: it dims samples of path tracing, and this scene is rendered without path tracing".to_owned()

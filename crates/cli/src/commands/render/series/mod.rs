@@ -207,7 +207,7 @@ impl<'a> PictureSeries<'a> {
         let is_free = |path: &Path| self.outputs.is_free_path(path, &self.checked_inputs);
         match self.combined_files.write_partial_files(is_free) {
             Ok(kept) if !kept.is_empty() => failure.with_hint(format_args!(
-                "the pictures finished before are in {}",
+                "the finished pictures are in {}",
                 kept.join(", ")
             )),
             _ => failure,
