@@ -158,7 +158,7 @@ pub(super) fn depth_loss_finding(
         .with_count(
             worst.pixels as u64,
             0,
-            "pixels of a small picture",
+            "pixels of a small test picture",
             "show this glass",
         )
         .with_place(finite_point(worst.position));
