@@ -33,10 +33,10 @@ fn what_is_seen_is_a_command() {
     for (added, message) in [
         (
             json!([["eye", "-2,1.5,2.5"], ["target", "0,0.4,0"]]),
-            "turned",
+            "new camera",
         ),
-        (json!([["view", "iso"], ["zoom", "1.3"]]), "turned"),
-        (json!([["camera", "other"]]), "turned"),
+        (json!([["view", "iso"], ["zoom", "1.3"]]), "new camera"),
+        (json!([["camera", "other"]]), "new camera"),
         (json!([["denoise", null], turned]), "prepared"),
         (
             json!([["without", "soft-shadows,shadows"], turned]),

@@ -160,7 +160,7 @@ impl ViewWorker {
                 "the change was shown without a new render".to_owned()
             }
             SceneChange::Display => "rendered again".to_owned(),
-            SceneChange::Camera => format!("prepared for the new camera in {took}"),
+            SceneChange::Camera => format!("the new camera was set in {took}"),
             SceneChange::Preparation => format!("prepared again in {took}"),
             SceneChange::Reading => format!("the scene was loaded and prepared in {took}"),
         };
