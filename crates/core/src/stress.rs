@@ -65,6 +65,7 @@ mod meshes;
 mod noise;
 mod numbers;
 mod orientation;
+mod overlap_table;
 mod overlaps;
 mod ray_crossings;
 mod ray_hits;

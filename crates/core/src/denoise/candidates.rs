@@ -274,30 +274,24 @@ impl WindowReplicates {
         width: usize,
         out: &mut [PixelCandidates],
     ) {
-        let FilteredPair {
-            filtered,
-            targets,
-            floors,
-            divided,
-            light,
-            emission,
-        } = pair;
+        let (light, filtered) = (&pair.light, pair.filtered);
         for (index, out) in out.iter_mut().enumerate() {
             let position = (core.y + index / core.width) * width + core.x + index % core.width;
             for k in 0..2 {
                 let partner = filtered[1 - k];
                 for i in 0..3 {
                     let (dim, floor, own) = (
-                        targets[k][i].values[position],
-                        floors[k][i].values[position],
+                        pair.targets[k][i].values[position],
+                        pair.floors[k][i].values[position],
                         light.own_weights.values[position],
                     );
                     let mean = light.means[k][i].values[position];
                     let own = if own < MAX_OWN_WEIGHT { own } else { 0.0 };
                     let without =
-                        (mean - own * divided[k][i].values[position]) / (1.0 - own) * floor;
+                        (mean - own * pair.divided[k][i].values[position]) / (1.0 - own) * floor;
                     let seen = self.emission[filtered[k]][i].values[position];
-                    let filtered_emission = emission
+                    let filtered_emission = pair
+                        .emission
                         .as_ref()
                         .map_or(seen, |emission| emission.means[k][i].values[position]);
                     let added = [

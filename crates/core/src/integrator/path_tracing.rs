@@ -15,7 +15,7 @@ mod ground;
 mod index_matched;
 mod layered;
 mod light;
-mod media;
+pub(super) mod media;
 mod mixture_material;
 mod nested;
 mod roulette;

@@ -4,12 +4,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::aimed::AimedRayResult;
-use super::coplanar::{DepthResolution, OverlapTable};
+use super::coplanar::DepthResolution;
 use super::duplicates::DuplicateObjects;
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::glass_contacts::{check_glass_contacts, sunk_glass_remedy};
 use super::numbers::{append_metre_unit, format_metres, format_rounded_up};
+use super::overlap_table::OverlapTable;
 use super::overlaps::{TOUCHING_GLASS_REMEDY, separation_remedy};
 use super::ray_survey::{RaySurvey, SightingCount};
 use super::topology::Topology;
@@ -35,6 +36,7 @@ pub(super) struct BodyChecks<'a> {
     pub doubles: &'a DuplicateObjects,
     pub survey: &'a RaySurvey,
     pub resolution: &'a DepthResolution<'a>,
+    pub overlaps: &'a OverlapTable,
 }
 
 impl BodyChecks<'_> {
@@ -127,7 +129,16 @@ impl BodyChecks<'_> {
             let is_thin = self
                 .unresolved_thickness(object_facts, sighting.position)
                 .is_some();
-            if is_thin || edges_tell || is_endless || is_few || self.doubles.has_duplicate(object) {
+            // Rays that hit the opaque body alone count as rays that leave the glass. Contacts that are
+            // not in the table are not known to be such.
+            let is_unknown = is_closed && !self.overlaps.has_all_contacts;
+            if is_thin
+                || is_unknown
+                || edges_tell
+                || is_endless
+                || is_few
+                || self.doubles.has_duplicate(object)
+            {
                 return None;
             }
             let (reason, remedy) = match is_closed {
@@ -344,13 +355,14 @@ pub(super) fn closed_gap_findings(
             remedy,
         )
     };
-    let apart = gaps.iter().enumerate().filter(|(index, gap)| {
+    let mut pairs = BTreeSet::new();
+    let apart = gaps.iter().filter(|gap| {
         let pair = [gap.object, gap.other].map(|object| scene_facts.facts_index(object as u32));
-        let is_same =
-            |other: &UnresolvedGap| [other.other, other.object] == [gap.object, gap.other];
-        !doubles.are_duplicates(pair) && !gaps[..*index].iter().any(is_same)
+        let is_new = pairs.insert([gap.object, gap.other]);
+        // The same gap is found from either side.
+        let is_known = pairs.contains(&[gap.other, gap.object]) && gap.object != gap.other;
+        is_new && !is_known && !doubles.are_duplicates(pair)
     });
-    let apart = apart.map(|(_, gap)| gap);
     // In one plane neither is in front.
     let in_front = leaks.iter().filter(|leak| match leak.lamp {
         LampRef::Light(_) => true,

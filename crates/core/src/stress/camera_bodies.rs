@@ -31,31 +31,25 @@ fn camera_in_body_findings(
     view: &CameraView,
     survey: &RaySurvey,
 ) -> Vec<StressFinding> {
-    let mut findings: Vec<StressFinding> = survey
-        .bodies_around_camera
-        .iter()
-        .map(|(&object, sighting)| {
+    let in_glass = |(&object, sighting): (&usize, &SightingCount)| {
         let body = scene_facts.objects[object]
             .subject
             .display_name(scene_facts.scene);
         let reason = format!(
             "it is inside {body}, which is transparent: everything is seen from inside that body"
         );
-            StressFinding::new(
-                FindingCode::CameraInBody,
-                Severity::Harmless,
-                view.subject,
-                reason,
-                "move the camera out of the body, unless it should be inside",
-            )
-            .with_count(
-                sighting.count,
-                survey.rays,
-                "rays",
-                "leave the body without entering it",
-            )
-        })
-        .collect();
+        let remedy = "move the camera out of the body, unless it should be inside";
+        let (code, severity) = (FindingCode::CameraInBody, Severity::Harmless);
+        let predicate = "leave the body without entering it";
+        StressFinding::new(code, severity, view.subject, reason, remedy).with_count(
+            sighting.count,
+            survey.rays,
+            "rays",
+            predicate,
+        )
+    };
+    let mut findings: Vec<StressFinding> =
+        survey.bodies_around_camera.iter().map(in_glass).collect();
     let enclosing = enclosing_body_finding(scene_facts, view, survey);
     // What is behind an opaque body is not seen.
     if enclosing.is_some() {

@@ -4,14 +4,9 @@
 use raywright_bvh::{Hit, Interval, Ray, Real};
 
 use super::ray_crossings::coincident_distance;
-use super::ray_hits::hits_along_ray;
+use super::ray_hits::{PLACE_HITS, PLACE_REACH, hits_along_ray};
 use super::ray_survey::{RaySurvey, record_maximum, record_sighting};
 use super::rays::SurveyRayTracer;
-
-/// Half the length of the short ray, in units of the hit's error.
-const REACH: f64 = 64.0;
-/// Greatest number of surfaces that the short ray crosses.
-const HITS: usize = 8;
 
 impl<R: Real> SurveyRayTracer<'_, R> {
     /// Records the objects whose surfaces coincide with the first hit of a camera's ray.
@@ -25,7 +20,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         let geometry = &self.prepared.geometry;
         let first = self.ray_crossing(ray, hit);
         let seen = self.sighted_point(&first.surface, hit, index);
-        let half = first.surface.error * R::from_f64(REACH);
+        let half = first.surface.error * R::from_f64(PLACE_REACH);
         let short = Ray {
             origin: first.surface.point - ray.direction * half,
             ..*ray
@@ -35,7 +30,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             max: half + half,
         };
         let mut found: Vec<usize> = Vec::new();
-        for hit in hits_along_ray(geometry, &short, range).take(HITS) {
+        for hit in hits_along_ray(geometry, &short, range).take(PLACE_HITS) {
             let other = self.ray_crossing(&short, &hit);
             let apart = coincident_distance(ray, &first, &other);
             if let Some(apart) = apart.filter(|_| !found.contains(&other.object)) {

@@ -15,6 +15,7 @@ use super::faces::{
     signed_double_area,
 };
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind};
+use super::overlap_table::{CoplanarOverlap, OverlapTable};
 use super::topology::Topology;
 use crate::settings::PrecisionChoice;
 
@@ -26,34 +27,14 @@ const ROUNDINGS: f64 = 4.0;
 /// Two planes are equal even in double precision if their separation, as a share of the greatest
 /// coordinate, is below this.
 const ONE_PLANE: f64 = 1e-12;
-/// Greatest number of overlaps that are recorded. A pile of sheets has one for each pair of sheets.
+/// Greatest number of overlaps that are recorded, besides glass that stands on opaque bodies. A pile
+/// of sheets has one for each pair of sheets.
 const MOST: usize = 4096;
+/// Greatest number of overlaps at which glass stands on an opaque body.
+const MOST_CONTACTS: usize = 1 << 18;
 /// Greatest number of pairs of faces that are compared. N faces that all overlap on the sort axis
 /// have N²/2 pairs.
-const MOST_PAIRS: usize = 1 << 24;
-
-/// Two objects with coplanar faces that overlap, and the region of the overlap.
-#[derive(Clone, Debug)]
-pub(super) struct CoplanarOverlap {
-    pub objects: [usize; 2],
-    /// Whether neither face belongs to a closed body. The face of a body may be hidden
-    /// legitimately, by the surface on which the body stands.
-    pub are_sheets: bool,
-    /// Whether glass touches an opaque object here.
-    touches_glass: bool,
-    /// Whether both faces belong to closed bodies that stand back to back.
-    pub is_back_to_back: bool,
-    /// Outward normals of the faces of `objects`.
-    outward: [DVec3; 2],
-    normal: DVec3,
-    /// Region of the overlap: a convex polygon, counter-clockwise about the normal. Empty if both
-    /// faces are unbounded.
-    outline: Vec<DVec3>,
-    pub position: DVec3,
-    /// Greatest separation of the two faces within the overlap, in metres.
-    pub gap: f64,
-    tolerance: f64,
-}
+const MOST_PAIRS: usize = 1 << 26;
 
 /// Least separation at which a precision distinguishes two surfaces in the cameras' pictures.
 pub(super) struct DepthResolution<'a> {
@@ -102,88 +83,6 @@ impl<'a> DepthResolution<'a> {
     }
 }
 
-impl CoplanarOverlap {
-    /// Returns whether a surface point lies in the overlap. `normal` may point to either side.
-    fn contains_surface_point(&self, point: DVec3, normal: DVec3) -> bool {
-        let within = |i: usize| {
-            let (from, to) = (self.outline[i], self.outline[(i + 1) % self.outline.len()]);
-            self.normal.cross(to - from).dot(point - from) >= 0.0
-        };
-        normal.dot(self.normal).abs() > 0.999
-            && (point - self.position).dot(self.normal).abs() <= 16.0 * self.tolerance
-            && (0..self.outline.len()).all(within)
-    }
-}
-
-/// All overlaps of a scene, indexed by object.
-#[derive(Clone, Debug, Default)]
-pub(super) struct OverlapTable {
-    pub list: Vec<CoplanarOverlap>,
-    of: BTreeMap<usize, Vec<usize>>,
-    /// Number of pairs of faces that were compared.
-    pairs: usize,
-}
-
-impl OverlapTable {
-    /// Returns the separation of two objects where they overlap, in metres.
-    pub fn gap_between(&self, [a, b]: [usize; 2]) -> Option<f64> {
-        let mut of_first = self.of.get(&a).into_iter().flatten();
-        of_first.find_map(|&index| {
-            let overlap = &self.list[index];
-            overlap.objects.contains(&b).then_some(overlap.gap)
-        })
-    }
-
-    /// Returns the overlaps of `object` at a point of its surface. For each: the other object, and
-    /// the outward normal of that object's face.
-    fn overlaps_at(
-        &self,
-        object: usize,
-        [point, normal]: [DVec3; 2],
-    ) -> impl Iterator<Item = (&CoplanarOverlap, usize, DVec3)> {
-        let own = self
-            .of
-            .get(&object)
-            .into_iter()
-            .flatten()
-            .map(|&index| &self.list[index]);
-        own.filter(move |overlap| overlap.contains_surface_point(point, normal))
-            .map(move |overlap| {
-                let other = usize::from(overlap.objects[0] == object);
-                (overlap, overlap.objects[other], overlap.outward[other])
-            })
-    }
-
-    /// Returns the other objects that a ray could hit in place of `object`, at a point of its
-    /// surface. A ray hits no face from its hidden side.
-    pub fn overlapping_objects(
-        &self,
-        scene_facts: &SceneFacts<'_>,
-        object: usize,
-        place: [DVec3; 2],
-        direction: DVec3,
-    ) -> impl Iterator<Item = usize> {
-        self.overlaps_at(object, place)
-            .filter(move |(overlap, other, outward)| {
-                let visible = scene_facts.objects[*other].visible_normal(*outward);
-                !overlap.is_back_to_back && visible.is_none_or(|side| side.dot(direction) < 0.0)
-            })
-            .map(|(_, other, _)| other)
-    }
-
-    /// Returns the objects that touch `object` at a point of its surface, if one of the two is
-    /// glass and the other is opaque. For each: the outward normal of its face.
-    pub fn glass_contacts(
-        &self,
-        object: usize,
-        place: [DVec3; 2],
-    ) -> impl Iterator<Item = (usize, DVec3)> {
-        self.overlaps_at(object, place)
-            .filter(|(overlap, ..)| overlap.touches_glass)
-            .map(|(_, other, outward)| (other, outward))
-    }
-}
-
 /// Finds overlapping coplanar faces of objects with different materials.
 pub(super) fn find_overlaps(
     scene_facts: &SceneFacts<'_>,
@@ -206,68 +105,99 @@ pub(super) fn find_overlaps(
         .fold(reach, f64::max);
     let tolerance = (reach * ONE_PLANE).max(ROUNDINGS * resolution.unit_roundoff() * way);
     all.sort_by(|a, b| a.plane_key()[0].total_cmp(&b.plane_key()[0]));
-    let mut found = OverlapTable::default();
+    let mut search = OverlapSearch {
+        scene_facts,
+        tolerance,
+        found: Vec::new(),
+        counts: [0; 2],
+        pairs: 0,
+        has_all_contacts: true,
+    };
     for parallel in all.chunk_by_mut(|a, b| b.plane_key()[0] - a.plane_key()[0] <= PARALLEL) {
         parallel.sort_by(|a, b| a.plane_key()[1].total_cmp(&b.plane_key()[1]));
         for plane in parallel.chunk_by_mut(|a, b| b.plane_key()[1] - a.plane_key()[1] <= tolerance)
         {
-            find_overlaps_in_plane(scene_facts, plane, tolerance, &mut found);
+            search.search_plane(plane);
         }
     }
-    for (index, overlap) in found.list.iter().enumerate() {
-        for object in overlap.objects {
-            found.of.entry(object).or_default().push(index);
-        }
-    }
-    found
+    OverlapTable::new(search.found, search.has_all_contacts)
 }
 
-/// Compares the faces of a plane that overlap along an axis: the axis of their greatest extent.
-fn find_overlaps_in_plane(
-    scene_facts: &SceneFacts<'_>,
-    faces: &mut [FlatFace],
+/// Search for the overlaps of a scene.
+struct OverlapSearch<'a> {
+    scene_facts: &'a SceneFacts<'a>,
     tolerance: f64,
-    found: &mut OverlapTable,
-) {
-    let reach = |axis: usize| {
-        let along = faces
-            .iter()
-            .flat_map(|face| &face.corners)
-            .map(|corner| corner[axis]);
-        let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-            [low.min(x), high.max(x)]
-        });
-        high - low
-    };
-    let axis = (0..3)
-        .max_by(|&a, &b| reach(a).total_cmp(&reach(b)))
-        .unwrap_or(0);
-    let ends = |face: &FlatFace| {
-        let along = face.corners.iter().map(|corner| corner[axis]);
-        let ends = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-            [low.min(x), high.max(x)]
-        });
-        if face.is_endless {
-            [f64::NEG_INFINITY, f64::INFINITY]
-        } else {
-            ends
-        }
-    };
-    faces.sort_by(|a, b| ends(a)[0].total_cmp(&ends(b)[0]));
-    let mut open: Vec<&FlatFace> = Vec::new();
-    for face in &*faces {
-        open.retain(|other| ends(other)[1] > ends(face)[0]);
-        for other in &open {
-            found.pairs += 1;
-            if found.list.len() >= MOST || found.pairs > MOST_PAIRS {
-                return;
+    found: Vec<CoplanarOverlap>,
+    /// Numbers of the overlaps besides contacts of glass, and of these contacts.
+    counts: [usize; 2],
+    /// Number of pairs of faces that were compared.
+    pairs: usize,
+    /// Whether all contacts of glass with opaque bodies were compared.
+    has_all_contacts: bool,
+}
+
+impl OverlapSearch<'_> {
+    /// Compares the faces of a plane that overlap along an axis: the axis of their greatest extent.
+    fn search_plane(&mut self, faces: &mut [FlatFace]) {
+        let reach = |axis: usize| {
+            let along = faces
+                .iter()
+                .flat_map(|face| &face.corners)
+                .map(|corner| corner[axis]);
+            let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+                [low.min(x), high.max(x)]
+            });
+            high - low
+        };
+        let axis = (0..3)
+            .max_by(|&a, &b| reach(a).total_cmp(&reach(b)))
+            .unwrap_or(0);
+        let ends = |face: &FlatFace| {
+            let along = face.corners.iter().map(|corner| corner[axis]);
+            let ends = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+                [low.min(x), high.max(x)]
+            });
+            if face.is_endless {
+                [f64::NEG_INFINITY, f64::INFINITY]
+            } else {
+                ends
             }
-            found
-                .list
-                .extend(overlap_of_faces(scene_facts, other, face, tolerance));
+        };
+        faces.sort_by(|a, b| ends(a)[0].total_cmp(&ends(b)[0]));
+        let mut open: Vec<&FlatFace> = Vec::new();
+        for face in &*faces {
+            open.retain(|other| ends(other)[1] > ends(face)[0]);
+            for other in &open {
+                self.pairs += 1;
+                if self.pairs > MOST_PAIRS {
+                    self.has_all_contacts = false;
+                    return;
+                }
+                self.add_overlap(other, face);
+            }
+            open.push(face);
         }
-        open.push(face);
     }
+
+    /// Adds the overlap of two faces, unless the list has enough of its kind.
+    fn add_overlap(&mut self, a: &FlatFace, b: &FlatFace) {
+        let is_contact = are_back_to_back(a, b);
+        let count = self.counts[usize::from(is_contact)];
+        let most = if is_contact { MOST_CONTACTS } else { MOST };
+        if count >= most {
+            self.has_all_contacts &= !is_contact;
+            return;
+        }
+        if let Some(overlap) = overlap_of_faces(self.scene_facts, a, b, self.tolerance) {
+            self.counts[usize::from(is_contact)] += 1;
+            self.found.push(overlap);
+        }
+    }
+}
+
+/// Returns whether two parallel faces belong to closed bodies on opposite sides of their plane.
+fn are_back_to_back(a: &FlatFace, b: &FlatFace) -> bool {
+    !a.is_sheet && !b.is_sheet && a.normal.dot(b.normal) < 0.0
 }
 
 /// Returns whether rays can hit the two faces from opposite sides only.
@@ -277,6 +207,24 @@ fn visible_sides_oppose([own, others]: [&ObjectFacts<'_>; 2], [a, b]: [&FlatFace
         others.visible_normal(b.normal),
     ];
     matches!(visible, [Some(m), Some(n)] if m.dot(n) < 0.0)
+}
+
+/// Returns whether the bounding boxes of two bounded faces are apart within their plane.
+fn are_apart(a: &FlatFace, b: &FlatFace) -> bool {
+    // Of parallel faces, the coordinates across the plane differ by rounding alone.
+    let across = a.normal.abs().max_position();
+    let ends = |face: &FlatFace, axis: usize| {
+        let along = face.corners.iter().map(|corner| corner[axis]);
+        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        })
+    };
+    !a.is_endless
+        && !b.is_endless
+        && (0..3).filter(|&axis| axis != across).any(|axis| {
+            let ([low, high], [from, to]) = (ends(a, axis), ends(b, axis));
+            low >= to || from >= high
+        })
 }
 
 /// Returns the overlap of two coplanar faces. Returns `None` if they do not overlap, share an
@@ -294,13 +242,13 @@ fn overlap_of_faces(
         [own.surface_kind, others.surface_kind],
         [SurfaceKind::Body, SurfaceKind::Opaque] | [SurfaceKind::Opaque, SurfaceKind::Body]
     );
-    // Bodies back to back touch.
-    let is_back_to_back = !a.is_sheet && !b.is_sheet && a.normal.dot(b.normal) < 0.0;
+    let is_back_to_back = are_back_to_back(a, b);
     if a.object == b.object
         || material(a) == material(b)
         || is_back_to_back && !touches_glass
         || visible_sides_oppose([own, others], [a, b])
         || a.normal.cross(b.normal).length() > PARALLEL
+        || are_apart(a, b)
     {
         return None;
     }

@@ -13,12 +13,10 @@ use raywright_bvh::{Interval, Ray, Real, Vector};
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
 use super::ray_crossings::RayCrossing;
-use super::ray_hits::hits_along_ray;
+use super::ray_hits::{PLACE_HITS, PLACE_REACH, hits_along_ray};
 use super::ray_survey::{RayPoint, RaySurvey, SightingCount, record_sighting};
 use super::rays::SurveyRayTracer;
 
-/// Half the length in which both surfaces may be hit, in units of the hit's error.
-const REACH: f64 = 64.0;
 /// Share of the rays through a body of glass from which on a lost surface shows in the picture.
 const SEEN: f64 = 0.05;
 
@@ -61,7 +59,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
 
     /// Returns whether the ray hits an object close to a crossing.
     fn hits_nearby(&self, ray: &Ray<R>, crossing: &RayCrossing<R>, object: usize) -> bool {
-        let half = crossing.surface.error * R::from_f64(REACH);
+        let half = crossing.surface.error * R::from_f64(PLACE_REACH);
         let at = (crossing.surface.point - ray.origin).dot(ray.direction)
             / ray.direction.dot(ray.direction);
         let range = Interval {
@@ -69,7 +67,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             max: at + half,
         };
         hits_along_ray(&self.prepared.geometry, ray, range)
-            .take(8)
+            .take(PLACE_HITS)
             .any(|hit| self.scene_facts.facts_index(hit.outermost_id()) == object)
     }
 }

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::coplanar::{CoplanarOverlap, DepthResolution, OverlapTable};
+use super::coplanar::DepthResolution;
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, Severity, StressFinding};
 use super::numbers::{append_metre_unit, format_metres, format_rounded_up};
+use super::overlap_table::{CoplanarOverlap, OverlapTable};
 use super::ray_survey::RaySurvey;
 use crate::settings::PrecisionChoice;
 

@@ -6,6 +6,11 @@ use raywright_bvh::{Geometry, Hit, Interval, Ray, Real};
 /// unblocked.
 pub(super) const HITS: usize = 64;
 
+/// Half the length around a hit in which other surfaces count as being in the same place, in units of
+/// the hit's error, and the greatest number of surfaces that are looked for there.
+pub(super) const PLACE_REACH: f64 = 64.0;
+pub(super) const PLACE_HITS: usize = 8;
+
 /// Returns the hits of a ray within a range, by distance. Of several hits at the same distance a
 /// single one is returned.
 pub(super) fn hits_along_ray<'a, R: Real>(

@@ -8,15 +8,15 @@ use rayon::prelude::*;
 use raywright_bvh::{Hit, Interval, Ray, Real, Surface, Vector};
 
 use super::RayDeadline;
-use super::coplanar::OverlapTable;
 use super::copy_crossings::CopyCrossings;
 use super::facts::{SceneFacts, SurfaceKind, unit_random};
 use super::orientation::OrientationTable;
+use super::overlap_table::OverlapTable;
 use super::ray_crossings::{RayCrossing, record_unclosed_bodies};
 use super::ray_survey::{RayPoint, RaySurvey, SurfaceOnRay, record_maximum, record_sighting};
 use super::values::{MaterialValueClass, classify_values};
 use crate::dispatch::PreparedSceneTask;
-use crate::integrator::PathSegment;
+use crate::integrator::{MAX_MEDIA, PathSegment};
 use crate::interaction::Interaction;
 use crate::prepare::{PreparedScene, PreparedSpawnRule};
 use crate::scene::Shape;
@@ -28,9 +28,6 @@ const ROUNDS: u64 = 4;
 
 /// Greatest number of surfaces that a ray passes.
 const HITS: usize = 128;
-
-/// Greatest number of bodies that a path knows at once.
-const MOST_BODIES: usize = 7;
 
 /// Number of rays that start at each first hit.
 const STARTS: u64 = 2;
@@ -386,7 +383,7 @@ impl<R: Real> SurveyRayTracer<'_, R> {
             }
             materials.sort_unstable();
             materials.dedup();
-            if materials.len() > MOST_BODIES {
+            if materials.len() > MAX_MEDIA {
                 record_sighting(&mut survey.beyond_most_bodies, crossing.object, seen);
             }
         }

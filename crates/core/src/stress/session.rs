@@ -7,7 +7,7 @@ use super::aimed::{AimedRayResult, AimedRayTask};
 use super::bodies::BodyChecks;
 use super::camera_bodies::check_bodies_at_cameras;
 use super::cameras::CameraView;
-use super::coplanar::{DepthResolution, OverlapTable};
+use super::coplanar::DepthResolution;
 use super::covers::LightBlockerTask;
 use super::depth_loss::DepthLoss;
 use super::duplicates::DuplicateObjects;
@@ -16,6 +16,7 @@ use super::finding::{CheckRun, FindingSubject, StressFinding};
 use super::furnace::FurnaceAlbedo;
 use super::light_survey::{LightSurvey, LightSurveyTask};
 use super::orientation::OrientationTable;
+use super::overlap_table::OverlapTable;
 use super::ray_survey::RaySurvey;
 use super::rays::RaySurveyTask;
 use super::small_render::SmallRender;
@@ -159,6 +160,7 @@ impl StressSession<'_> {
             doubles: &data.doubles,
             survey: &survey,
             resolution: data.resolution,
+            overlaps: &data.overlaps,
         };
         let is_leak = |[a, b]: [usize; 2]| {
             let leaks = &looks.leaks;

@@ -10,6 +10,7 @@ use super::facts::{ObjectFacts, SurfaceKind, finite_point, object_bounds};
 use super::finding::{FindingCode, StressFinding};
 use super::numbers::{append_metre_unit, format_metres, format_rounded_up};
 use super::ray_survey::{RaySurvey, SightingCount};
+use crate::integrator::MAX_MEDIA;
 use crate::scene::{MaterialModel, Shape, SideRule};
 
 /// Thickness that is resolved, as a share of the separation of two objects that is.
@@ -109,9 +110,11 @@ impl BodyChecks<'_> {
         if sighting.count < 3 || (sighting.count as f64) < SEEN * hit_count as f64 {
             return None;
         }
-        let reason = "it lies inside seven or more other bodies, but a path knows at most seven bodies at once: the boundaries of the others do not bend or tint light";
-        let remedy = "let at most seven bodies of glass overlap in one place";
-        let predicate = "that enter it were already inside seven or more other bodies";
+        let reason = format!(
+            "it lies inside {MAX_MEDIA} or more other bodies, but a path knows at most {MAX_MEDIA} bodies at once: the boundaries of the others do not bend or tint light"
+        );
+        let remedy = format!("let at most {MAX_MEDIA} bodies of glass overlap in one place");
+        let predicate = "that enter it were already inside that many other bodies";
         Some(
             self.wrong_picture_finding(FindingCode::NestedGlass, object, reason, remedy)
                 .with_count(sighting.count, hit_count, "rays", predicate)

@@ -204,7 +204,9 @@ fn describe_checks(report: &StressSummary, seconds: f64) -> String {
         .iter()
         .for_each(|check| message += &format!(", {check}"));
     let [through, total] = report.cameras;
-    if through < total {
+    if through == 0 {
+        message += "; no rays were traced";
+    } else if through < total {
         message += &format!(
             "; rays were traced only from the first {through} of {}",
             count_with_unit(total as u64, "cameras")

@@ -7,7 +7,7 @@ use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 
 /// Greatest number of nested media; media entered beyond this number are ignored.
-const MAX_MEDIA: usize = 7;
+pub(crate) const MAX_MEDIA: usize = 7;
 
 /// Greatest number of surfaces that the search for the media around the camera crosses.
 const MOST_CROSSINGS: u32 = 64;

@@ -45,6 +45,39 @@ fn glass_on_an_opaque_floor() {
     }
 }
 
+/// Protects: more blocks of glass on a floor than the table of other overlaps may have are no fault
+/// either, and a rug in the plane of the floor is found beside them.
+#[test]
+fn many_blocks_of_glass_on_a_floor() {
+    const ALONG: i32 = 66;
+    let half = f64::from(ALONG);
+    let with = |rug: Option<Value>| {
+        let floor = json!({ "box": { "min": [-half, -1, -half], "max": [half + 9.0, 0, half] } });
+        let mut objects = vec![object("floor", floor, "paint")];
+        objects.extend((0..ALONG * ALONG).map(|index| {
+            let [x, z] = [index % ALONG, index / ALONG].map(|i| f64::from(2 * i) - half);
+            let shape = json!({ "box": { "min": [x, 0, z], "max": [x + 1.0, 1, z + 1.0] } });
+            object("block", shape, "glass")
+        }));
+        objects.extend(rug);
+        scene(&json!({
+            "render": { "size": [96, 54], "samples": 8, "integrator": "path", "max_depth": 64 },
+            "objects": objects,
+            "cameras": [{ "pose": { "look_at": { "eye": [0, 90, 130], "target": [0, 0, 0] } },
+                          "projection": { "pinhole": { "vertical_fov": 50 } } }],
+        }))
+    };
+    assert_eq!(listed(&summarise_findings(&with(None)).findings), []);
+    let rug = quad(
+        [half + 1.0, 0.0, -half],
+        [0.0, 0.0, 2.0 * half],
+        [7.0, 0.0, 0.0],
+    );
+    let rug = with(Some(object("rug", rug, "other")));
+    let finding = alone(&rug, FindingCode::CoplanarSurfaces, PictureWrong);
+    assert!(finding.reason.contains("`floor`"), "{finding:?}");
+}
+
 /// Protects: glass with a hidden side is reported, as rays enter it and never leave it. Culled
 /// glass, of which only camera rays pass through the back, is not.
 #[test]
@@ -108,7 +141,7 @@ fn more_bodies_than_a_path_knows() {
         }))
     };
     let finding = alone(&of(8, 1.0), FindingCode::NestedGlass, PictureWrong);
-    assert!(finding.reason.contains("at most seven"), "{finding:?}");
+    assert!(finding.reason.contains("at most 7 bodies"), "{finding:?}");
     for clean in [of(7, 1.0), of(8, 1.5)] {
         assert_eq!(listed(&summarise_findings(&clean).findings), []);
     }
