@@ -45,37 +45,57 @@ fn glass_on_an_opaque_floor() {
     }
 }
 
+/// Half the edge of the floor of `many_blocks_with`, which is longer on the right by nine metres.
+const HALF: f64 = 66.0;
+
+/// A floor with more blocks of glass on it than the table of other overlaps may have, and more
+/// objects.
+fn many_blocks_with(more: impl IntoIterator<Item = Value>) -> Scene {
+    let along = HALF as i32;
+    let floor = json!({ "box": { "min": [-HALF, -1, -HALF], "max": [HALF + 9.0, 0, HALF] } });
+    let mut objects = vec![object("floor", floor, "paint")];
+    objects.extend((0..along * along).map(|index| {
+        let [x, z] = [index % along, index / along].map(|i| f64::from(2 * i) - HALF);
+        let shape = json!({ "box": { "min": [x, 0, z], "max": [x + 1.0, 1, z + 1.0] } });
+        object("block", shape, "glass")
+    }));
+    objects.extend(more);
+    scene(&json!({
+        "render": { "size": [96, 54], "samples": 8, "integrator": "path", "max_depth": 64 },
+        "objects": objects,
+        "cameras": [{ "pose": { "look_at": { "eye": [0, 90, 130], "target": [0, 0, 0] } },
+                      "projection": { "pinhole": { "vertical_fov": 50 } } }],
+    }))
+}
+
 /// Protects: more blocks of glass on a floor than the table of other overlaps may have are no fault
 /// either, and a rug in the plane of the floor is found beside them.
 #[test]
 fn many_blocks_of_glass_on_a_floor() {
-    const ALONG: i32 = 66;
-    let half = f64::from(ALONG);
-    let with = |rug: Option<Value>| {
-        let floor = json!({ "box": { "min": [-half, -1, -half], "max": [half + 9.0, 0, half] } });
-        let mut objects = vec![object("floor", floor, "paint")];
-        objects.extend((0..ALONG * ALONG).map(|index| {
-            let [x, z] = [index % ALONG, index / ALONG].map(|i| f64::from(2 * i) - half);
-            let shape = json!({ "box": { "min": [x, 0, z], "max": [x + 1.0, 1, z + 1.0] } });
-            object("block", shape, "glass")
-        }));
-        objects.extend(rug);
-        scene(&json!({
-            "render": { "size": [96, 54], "samples": 8, "integrator": "path", "max_depth": 64 },
-            "objects": objects,
-            "cameras": [{ "pose": { "look_at": { "eye": [0, 90, 130], "target": [0, 0, 0] } },
-                          "projection": { "pinhole": { "vertical_fov": 50 } } }],
-        }))
-    };
-    assert_eq!(listed(&summarise_findings(&with(None)).findings), []);
+    let clean = many_blocks_with([]);
+    assert_eq!(listed(&summarise_findings(&clean).findings), []);
     let rug = quad(
-        [half + 1.0, 0.0, -half],
-        [0.0, 0.0, 2.0 * half],
+        [HALF + 1.0, 0.0, -HALF],
+        [0.0, 0.0, 2.0 * HALF],
         [7.0, 0.0, 0.0],
     );
-    let rug = with(Some(object("rug", rug, "other")));
+    let rug = many_blocks_with([object("rug", rug, "other")]);
     let finding = alone(&rug, FindingCode::CoplanarSurfaces, PictureWrong);
     assert!(finding.reason.contains("`floor`"), "{finding:?}");
+}
+
+/// Protects: beside many blocks of glass on a floor, two other blocks that touch each other are
+/// found: the many contacts with the floor are all known.
+#[test]
+fn two_blocks_that_touch_beside_many_on_a_floor() {
+    let above = |name: &str, y: f64| {
+        let shape = json!({ "box": { "min": [-20, y, -20], "max": [20, y + 10.0, 20] } });
+        object(name, shape, "glass")
+    };
+    let touching = many_blocks_with([above("lower", 20.0), above("upper", 30.0)]);
+    let follows = [FindingCode::NestedGlass];
+    let finding = expect_finding(&touching, FindingCode::OpenBody, PictureWrong, &follows);
+    assert!(finding.reason.contains("touches"), "{finding:?}");
 }
 
 /// Protects: glass with a hidden side is reported, as rays enter it and never leave it. Culled
@@ -189,4 +209,44 @@ fn a_lamp_in_the_plane_of_a_ceiling() {
         finding.place.is_some() && !finding.remedy.contains("reference"),
         "{finding:?}"
     );
+}
+
+/// Protects: in a tilted ceiling, where rounding parts the planes of the lamp and the ceiling, the
+/// lamp is not said to be behind the ceiling either.
+#[test]
+fn a_lamp_in_the_plane_of_a_tilted_ceiling() {
+    let sheet = |r: f64, slope: f64| {
+        let rise = slope * r;
+        quad(
+            [-r, 1.0 + rise, -r],
+            [2.0 * r, 0.0, 0.0],
+            [0.0, -2.0 * rise, 2.0 * r],
+        )
+    };
+    for slope in [0.2, 0.3] {
+        for lamp_first in [false, true] {
+            let mut objects = vec![
+                object("ceiling", sheet(4.0, slope), "paint"),
+                object("lamp", sheet(0.5, slope), "lamp"),
+            ];
+            if lamp_first {
+                objects.reverse();
+            }
+            let floor = quad([-4.0, -1.0, -4.0], [8.0, 0.0, 0.0], [0.0, 0.0, 8.0]);
+            objects.push(object("floor", floor, "paint"));
+            let mut room =
+                scene(&json!({ "materials": light::with_lamp(4.0), "objects": objects }));
+            let pose = json!({ "look_at": { "eye": [0, 0, 3], "target": [0, 0.3, 0] } });
+            room.cameras[0].pose = serde_json::from_value(pose).expect("a pose");
+            let all = summarise_findings(&room).findings;
+            let codes = [
+                FindingCode::CoplanarSurfaces,
+                FindingCode::FlickeringSurfaces,
+            ];
+            assert!(
+                all.len() == 1 && codes.contains(&all[0].code),
+                "{slope} {lamp_first}: {all:?}"
+            );
+        }
+    }
 }

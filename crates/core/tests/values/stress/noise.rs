@@ -56,6 +56,84 @@ fn plain_noise() {
     alone(&smooth, FindingCode::LightByChance, SlowOrNoisy);
 }
 
+/// Protects: the expected error falls as the inverse of the square root of the number of samples.
+#[test]
+fn four_times_the_samples_halve_the_error() {
+    let error = |samples: u32| -> f64 {
+        let findings = summarise_findings(&indirect_room(0.1, samples)).findings;
+        let [finding] = &findings[..] else {
+            panic!("{findings:?}");
+        };
+        let words = finding.reason.split("prints, is ").nth(1);
+        let number = words.and_then(|words| words.split(' ').next()?.parse().ok());
+        number.unwrap_or_else(|| panic!("{finding:?}"))
+    };
+    let [few, many] = [16, 64].map(error);
+    // Both are rounded to hundredths.
+    assert!((few - 2.0 * many).abs() < 0.016, "{few} {many}");
+}
+
+/// Protects: noise is not reported while a fault makes the picture wrong.
+#[test]
+fn noise_of_a_wrong_picture_is_not_told() {
+    let mut noisy = indirect_room(0.1, 16);
+    let mut twin = noisy.objects[1].clone();
+    twin.material = "mirror".to_owned();
+    noisy.objects.push(twin);
+    let findings = summarise_findings(&noisy).findings;
+    let codes: Vec<FindingCode> = findings.iter().map(|finding| finding.code).collect();
+    assert_eq!(codes, [FindingCode::DuplicateObject], "{findings:?}");
+}
+
+/// Protects: noise of a few pixels, at the edges of a narrow bright lamp, is not reported: of a
+/// larger picture it says little.
+#[test]
+fn noise_of_a_few_pixels() {
+    let floor = quad([-4.0, -1.0, -4.0], [0.0, 0.0, 8.0], [8.0, 0.0, 0.0]);
+    let strip = quad([-1.5, 1.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.05, 0.1]);
+    let clean = scene(&json!({
+        "sky": null, "materials": with_lamp(1000.0),
+        "render": { "size": [96, 54], "samples": 2, "integrator": "path" },
+        "objects": [object("floor", floor, "paint"), object("strip", strip, "lamp")],
+    }));
+    assert_eq!(listed(&summarise_findings(&clean).findings), []);
+}
+
+/// Protects: a bright lamp that shines at a floor makes no noise by chance if a mirror shows another,
+/// dim lamp alone: the error of the small picture counts, and not that of the brightest lamp.
+#[test]
+fn a_mirror_that_shows_a_dim_lamp_alone() {
+    let mut materials = with_lamp(1.0);
+    let spot = json!({ "base_colour": 0, "specular": 0, "emission": 1000 });
+    let mirror = json!({ "metallic": 1, "roughness": 0 });
+    materials
+        .as_array_mut()
+        .expect("materials")
+        .extend([paint("spot", spot), paint("mirror", mirror)]);
+    let floor = json!({ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } });
+    let mut panel = object(
+        "panel",
+        quad([-3.0, 4.0, -3.0], [6.0, 0.0, 0.0], [0.0, 0.0, 6.0]),
+        "lamp",
+    );
+    let mut spot = object(
+        "spot",
+        quad([-0.1, 0.5, -2.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2]),
+        "spot",
+    );
+    for lamp in [&mut panel, &mut spot] {
+        lamp["side"] = json!("outside");
+    }
+    let clean = scene(&json!({
+        "sky": null, "materials": materials,
+        "render": { "size": [96, 54], "samples": 64, "integrator": "path" },
+        "objects": [object("floor", floor, "paint"), object("ball", ball([1.2, 0.6, 0.0], 0.6), "mirror"), panel, spot],
+        "cameras": [{ "pose": { "look_at": { "eye": [0, 1.2, 5], "target": [0, 0.8, 0] } },
+                      "projection": { "pinhole": { "vertical_fov": 40 } } }],
+    }));
+    assert_eq!(listed(&summarise_findings(&clean).findings), []);
+}
+
 /// Protects: a bulb in glass is reported with few samples, and not with the number of samples that
 /// the remedy gives.
 #[test]

@@ -201,3 +201,55 @@ fn a_lens_in_a_wall() {
     assert!(finding.reason.contains("its lens"), "{finding:?}");
     assert_eq!(listed(&summarise_findings(&of(0.05)).findings), []);
 }
+
+/// Protects: a camera below an endless floor is told so too if it sees the horizon, below which its
+/// rays hit nothing.
+#[test]
+fn a_camera_below_the_floor_that_sees_the_horizon() {
+    let floor = json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } });
+    let of = scene(&json!({
+        "objects": [object("floor", floor, "other"), object("above", ball([0.0; 3], 1.0), "paint")],
+    }));
+    let level = with_pose(of, [0.0, -3.0, 5.0], [0.0, -3.0, 0.0]);
+    let finding = alone(&level, FindingCode::CameraInBody, PictureWrong);
+    assert!(finding.reason.contains("behind objects[0]"), "{finding:?}");
+    assert!(2 * finding.count <= finding.of, "{finding:?}");
+}
+
+/// Protects: an opaque cell around a camera is a single finding. The camera's lens does not reach
+/// into the cell from outside, and glass around the cell is not seen.
+#[test]
+fn a_camera_in_an_opaque_cell() {
+    let in_cell = |other: Value| {
+        let cell = object("cell", ball([0.0, 0.0, 6.0], 0.5), "paint");
+        let of = scene(&json!({ "objects": [other, cell] }));
+        with_pose(of, [0.0, 0.0, 6.0], [0.0; 3])
+    };
+    let glass = in_cell(object("pond", ball([0.0; 3], 9.0), "glass"));
+    let mut lens = in_cell(object("ball", ball([0.0; 3], 1.0), "paint"));
+    let thin = json!({ "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": 0.01, "focus_distance": 6 } });
+    lens.cameras[0].projection = serde_json::from_value(thin).expect("a lens");
+    for of in [glass, lens] {
+        let finding = alone(&of, FindingCode::CameraInBody, PictureWrong);
+        assert!(finding.reason.contains("inside objects[1]"), "{finding:?}");
+    }
+}
+
+/// Protects: a rug in the plane of a floor that is hidden from the camera's side competes with the
+/// floor for no ray: it is harmless there. If its visible side faces the camera, it is lost.
+#[test]
+fn a_rug_that_faces_away_is_not_lost() {
+    let sheet = |r: f64| quad([-r, -1.0, r], [2.0 * r, 0.0, 0.0], [0.0, 0.0, -2.0 * r]);
+    let of = |side: &str| {
+        let mut rug = object("rug", sheet(1.0), "other");
+        rug["side"] = json!(side);
+        scene(&json!({ "objects": [object("floor", sheet(4.0), "paint"), rug] }))
+    };
+    let code = FindingCode::CoplanarSurfaces;
+    let hidden = alone(&of("inside"), code, Harmless);
+    assert!(
+        hidden.reason.contains("no ray of the cameras"),
+        "{hidden:?}"
+    );
+    alone(&of("outside"), code, PictureWrong);
+}

@@ -122,3 +122,18 @@ fn a_wide_ground_in_one_mesh_is_no_stray() {
     let is_stray = |found: &&StressFinding| found.code == FindingCode::StrayVertices;
     assert!(!all.iter().any(|found| is_stray(&found)), "{all:?}");
 }
+
+/// Protects: a spike whose near end is behind the mesh is marked farther out, where it can be seen.
+#[test]
+fn a_spike_from_the_back_of_the_mesh() {
+    let stray = ball_scene("paint", |positions, _| {
+        let back = (0..positions.len())
+            .min_by(|&a, &b| positions[a][2].total_cmp(&positions[b][2]))
+            .expect("a vertex");
+        positions[back] = [1e6, 0.0, -1.0];
+    });
+    let finding = alone(&stray, FindingCode::StrayVertices, PictureWrong);
+    assert!(finding.pixel.is_some(), "{finding:?}");
+    let place = finding.place.expect("a place");
+    assert!(place[0] > 1.1, "{finding:?}");
+}

@@ -67,6 +67,25 @@ fn glass_in_glass_of_one_material_may_be_hollow() {
     );
 }
 
+/// Protects: a narrow gap between two bodies of glass, which rays find from either side, is one
+/// finding.
+#[test]
+fn a_gap_between_two_bodies_of_glass_is_one_finding() {
+    let block =
+        |low: f64, high: f64| json!({ "box": { "min": [-1, -1, low], "max": [1, 1, high] } });
+    let gap = f64::from(f32::EPSILON);
+    let blocks = scene(&json!({
+        "objects": [object("front", block(1.0 + gap, 1.5), "glass"), object("back", block(0.0, 1.0), "glass")],
+    }));
+    let findings = summarise_findings(&blocks).findings;
+    let codes: Vec<FindingCode> = findings.iter().map(|finding| finding.code).collect();
+    assert_eq!(
+        codes,
+        [FindingCode::OpenBody, FindingCode::ClosedGap],
+        "{findings:?}"
+    );
+}
+
 /// Protects: water with the same walls as its glass should reach into the glass, as in the format's
 /// page. No finding advises a gap, which would be a film of air.
 #[test]
