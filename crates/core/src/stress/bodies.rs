@@ -355,13 +355,12 @@ pub(super) fn closed_gap_findings(
             remedy,
         )
     };
+    // The same gap is found from either side.
     let mut pairs = BTreeSet::new();
     let apart = gaps.iter().filter(|gap| {
         let pair = [gap.object, gap.other].map(|object| scene_facts.facts_index(object as u32));
-        let is_new = pairs.insert([gap.object, gap.other]);
-        // The same gap is found from either side.
-        let is_known = pairs.contains(&[gap.other, gap.object]) && gap.object != gap.other;
-        is_new && !is_known && !doubles.are_duplicates(pair)
+        let is_new = pairs.insert([gap.object.min(gap.other), gap.object.max(gap.other)]);
+        is_new && !doubles.are_duplicates(pair)
     });
     // In one plane neither is in front.
     let in_front = leaks.iter().filter(|leak| match leak.lamp {
