@@ -38,12 +38,15 @@ pub(super) struct SobolIndex {
 /// Returns the four numbers in [0, 1) of a point.
 #[inline]
 pub(super) fn eval_point(sobol_point: SobolIndex) -> [f32; 4] {
-    let [point] = compute_points(&SUMS, &[sobol_point]);
+    let points = [sobol_point];
+    let sums = shuffle_indices(&points).map(sum_directions);
+    let [point] = scramble_sums(&points, &sums);
     point
 }
 
-/// Number of points computed side by side.
-const LANES: usize = 16;
+/// Number of points computed side by side. Two registers of the widest kind hold their indices, so
+/// that the products of one are computed while those of the other are waited for.
+const LANES: usize = 32;
 
 /// Appends the four numbers of many points in order, as [`eval_point`] computes them.
 pub(super) fn eval_points(which: impl Iterator<Item = SobolIndex>, out: &mut Vec<[f32; 4]>) {
@@ -55,52 +58,75 @@ pub(super) fn eval_points(which: impl Iterator<Item = SobolIndex>, out: &mut Vec
             *slot = sobol_point;
             count += 1;
         }
-        out.extend_from_slice(&run_widest(SobolTask(&SUMS, &requested))[..count]);
+        // The table is read outside the tasks: inside, the compiler would read it by gather
+        // instructions, which take longer than all the rest.
+        let sums = run_widest(ShuffleTask(&requested)).map(sum_directions);
+        out.extend_from_slice(&run_widest(ScrambleTask(&requested, &sums))[..count]);
         if count < LANES {
             return;
         }
     }
 }
 
-struct SobolTask<'a>(&'a [[[u32; 4]; 16]; 4], &'a [SobolIndex; LANES]);
+struct ShuffleTask<'a>(&'a [SobolIndex; LANES]);
 
-impl SimdTask for SobolTask<'_> {
-    type Output = [[f32; 4]; LANES];
+impl SimdTask for ShuffleTask<'_> {
+    type Output = [u32; LANES];
     #[inline(always)]
     fn run(self) -> Self::Output {
-        compute_points(self.0, self.1)
+        shuffle_indices(self.0)
     }
 }
 
+struct ScrambleTask<'a>(&'a [SobolIndex; LANES], &'a [[u32; 4]; LANES]);
+
+impl SimdTask for ScrambleTask<'_> {
+    type Output = [[f32; 4]; LANES];
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        scramble_sums(self.0, self.1)
+    }
+}
+
+/// Returns the indices of points, bit-reversed, after the scramble has permuted their order.
 #[inline(always)]
-fn compute_points<const N: usize>(
-    sums: &[[[u32; 4]; 16]; 4],
-    sobol_points: &[SobolIndex; N],
-) -> [[f32; 4]; N] {
+fn shuffle_indices<const N: usize>(points: &[SobolIndex; N]) -> [u32; N] {
     let mut shuffled = [0; N];
-    for (shuffled, sobol_point) in shuffled.iter_mut().zip(sobol_points) {
-        // The scramble also permutes the order of the points; each dimension has a further
-        // scramble.
+    for (shuffled, point) in shuffled.iter_mut().zip(points) {
         *shuffled = owen_scramble_rev(
-            sobol_point.index.reverse_bits(),
-            hash(sobol_point.scramble ^ 0x79c6_8e4a),
+            point.index.reverse_bits(),
+            hash(point.scramble ^ 0x79c6_8e4a),
         );
     }
-    let mut points = [[0; 4]; N];
-    for (point, &shuffled) in points.iter_mut().zip(&shuffled) {
-        let part =
-            |k: usize| &sums[k][(shuffled >> (u32::BITS - BITS * (k as u32 + 1))) as usize % 16];
-        let [a, b, c, d] = [part(0), part(1), part(2), part(3)];
-        *point = core::array::from_fn(|i| a[i] ^ b[i] ^ c[i] ^ d[i]);
+    shuffled
+}
+
+/// Returns the bit-reversed sums of the direction vectors that the bits of a shuffled index select.
+#[inline(always)]
+fn sum_directions(shuffled: u32) -> [u32; 4] {
+    let sums = &*SUMS;
+    let part = |k: usize| &sums[k][(shuffled >> (u32::BITS - BITS * (k as u32 + 1))) as usize % 16];
+    let [a, b, c, d] = [part(0), part(1), part(2), part(3)];
+    core::array::from_fn(|i| a[i] ^ b[i] ^ c[i] ^ d[i])
+}
+
+/// Returns the numbers of points in [0, 1), given the sums of their direction vectors. Each
+/// dimension has a scramble of its own.
+#[inline(always)]
+fn scramble_sums<const N: usize>(points: &[SobolIndex; N], sums: &[[u32; 4]; N]) -> [[f32; 4]; N] {
+    const OWN: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
+    let mut scrambles = [[0; 4]; N];
+    for (scrambles, point) in scrambles.iter_mut().zip(points) {
+        let own = point.scramble.wrapping_mul(0x9c8f_2d3b);
+        for (scramble, dimension) in scrambles.iter_mut().zip(OWN) {
+            *scramble = own ^ dimension;
+        }
     }
     let mut out = [[0.0; 4]; N];
-    for ((out, point), sobol_point) in out.iter_mut().zip(&points).zip(sobol_points) {
-        const OWN: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
-        let own = sobol_point.scramble.wrapping_mul(0x9c8f_2d3b);
-        for i in 0..4 {
-            out[i] =
-                u32_to_f32_norm(owen_scramble_rev(point[i], hash(own ^ OWN[i])).reverse_bits());
-        }
+    // As one list of numbers: the compiler fills whole registers.
+    let numbers = sums.as_flattened().iter().zip(scrambles.as_flattened());
+    for (number, (&sum, &scramble)) in out.as_flattened_mut().iter_mut().zip(numbers) {
+        *number = u32_to_f32_norm(owen_scramble_rev(sum, hash(scramble)).reverse_bits());
     }
     out
 }
@@ -140,7 +166,7 @@ mod tests {
     /// Protects: points computed side by side equal single ones, for any number of points.
     #[test]
     fn points_side_by_side_are_those_alone() {
-        for count in [0, 1, 15, 16, 17, 33, 1000] {
+        for count in [0, 1, 31, 32, 33, 65, 1000] {
             let which = |i: u32| SobolIndex {
                 index: i.wrapping_mul(7919) % (1 << 16),
                 scramble: i.wrapping_mul(0x9e37_79b9),
