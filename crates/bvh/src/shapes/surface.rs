@@ -156,13 +156,16 @@ impl<R: Real> Surface<R> {
         // Computed in f64, where products of f32 numbers are exact: a tangent must not count as an
         // inward ray.
         let inward = self.normal.to_f64().dot(direction.to_f64()) < 0.0;
-        let (from, normal) = if inward {
-            (self.below, -self.normal)
+        let size = self.normal.abs();
+        let offset = self.normal * ((size.x() + size.y() + size.z()) * error);
+        // Both origins are computed: of a choice between the base points, the compiler would make
+        // gather instructions in lanes, which are slow.
+        let (outer, inner) = (self.above + offset, self.below - offset);
+        let (moved, normal) = if inward {
+            (inner, -self.normal)
         } else {
-            (self.above, self.normal)
+            (outer, self.normal)
         };
-        let size = normal.abs();
-        let moved = from + normal * ((size.x() + size.y() + size.z()) * error);
         let [x, y, z] = [moved.x(), moved.y(), moved.z()];
         R::Vec3::new(
             x.next_towards(normal.x()),

@@ -8,6 +8,7 @@ mod normal_mapping;
 mod path_tracing;
 mod physical;
 mod ray_cone_footprint;
+mod shading_normals;
 mod shadow;
 mod spawn;
 mod surface;

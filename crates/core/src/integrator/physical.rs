@@ -48,6 +48,9 @@ impl<R: Real> PhysicalInputs<R> {
     /// Returns the inputs of the metallic-roughness model, evaluated at a point.
     #[inline(always)]
     pub fn metallic_roughness_at(&self, context: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
+        if let Some(model) = self.uniform_model {
+            return model;
+        }
         let (boundary, base) = (
             self.dielectric_boundary_at(context),
             self.base_colour_at(context),

@@ -3,9 +3,9 @@
 use raywright_bvh::{Hit, Ray, Real, Vector, prefetch};
 
 use crate::interaction::{Interaction, interpolate_vertex_attribute};
-use crate::material::ensure_reflection_above;
-use crate::prepare::{ObjectRecord, PreparedScene};
+use crate::prepare::{ObjectMesh, PreparedScene};
 use crate::scene::MOST_UV_SETS;
+use crate::scene::MeshData;
 
 /// A segment of a path: its ray, and data carried from segment to segment.
 #[derive(Clone, Copy, Debug)]
@@ -106,6 +106,17 @@ impl<R: Real> PreparedScene<R> {
     }
 }
 
+impl<R: Real> ObjectMesh<R> {
+    /// Returns the indices of a hit triangle's vertices, in the order of the hit's barycentric
+    /// weights.
+    #[inline(always)]
+    pub fn corner_indices(&self, data: &MeshData, hit: &Hit<R>) -> [usize; 3] {
+        let [a, b, c] = data.indices[hit.primitive as usize].map(|i| i as usize);
+        let (b, c) = if self.flipped { (c, b) } else { (b, c) };
+        [a, b, c]
+    }
+}
+
 impl<R: Real> Interaction<R> {
     /// Creates the interaction of a hit.
     #[inline(always)]
@@ -199,6 +210,20 @@ impl<R: Real> Interaction<R> {
         segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) {
+        self.fill_texture_coordinates(scene, segment, hit);
+        let record = &scene.objects[self.object as usize];
+        self.set_shading_normal(scene, record, (&segment.ray, hit));
+    }
+
+    /// Sets texture coordinates, their footprints and vertex colours, and the origin of a ray that
+    /// starts at a distant eye.
+    #[inline(always)]
+    pub fn fill_texture_coordinates(
+        &mut self,
+        scene: &PreparedScene<R>,
+        segment: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) {
         let (ray, record) = (&segment.ray, &scene.objects[self.object as usize]);
         if segment.skipped_distance != R::ZERO {
             (self.origin, self.distance) =
@@ -209,61 +234,32 @@ impl<R: Real> Interaction<R> {
             // A shape has one set of coordinates, used for every set.
             self.uv = [[parameters.u, parameters.v]; MOST_UV_SETS];
         }
-        self.interpolate_attributes(scene, record, ray, hit);
+        if let Some(mesh) = &record.mesh {
+            self.interpolate_coordinates_and_colours(scene, mesh, hit);
+        }
         if segment.length_before >= R::ZERO
             && let Some(cone) = &scene.cone
         {
             self.compute_footprints(scene, cone, segment, hit);
         }
-        if record.face_viewer && !self.outside {
-            self.normal = -self.normal;
-        }
-        if record.mesh.is_some() {
-            self.normal = ensure_reflection_above::<R>(
-                self.normal,
-                self.surface.normal,
-                self.outside,
-                self.direction,
-            );
-        }
     }
 
-    /// Interpolates normals, texture coordinates and colours of a mesh's vertices at a hit.
-    fn interpolate_attributes(
+    /// Interpolates texture coordinates and colours of a mesh's vertices at a hit.
+    #[inline(always)]
+    fn interpolate_coordinates_and_colours(
         &mut self,
         scene: &PreparedScene<R>,
-        record: &ObjectRecord<R>,
-        ray: &Ray<R>,
+        mesh: &ObjectMesh<R>,
         hit: &Hit<R>,
     ) {
-        let Some(mesh) = &record.mesh else { return };
         let data = &scene.meshes[mesh.mesh as usize];
-        let [a, b, c] = data.indices[hit.primitive as usize].map(|i| i as usize);
-        let (b, c) = if mesh.flipped { (c, b) } else { (b, c) };
+        if mesh.uv_sets == 0 && data.colours.is_empty() {
+            return;
+        }
+        let [a, b, c] = mesh.corner_indices(data, hit);
         let (u, v) = (hit.u, hit.v);
         let w = R::ONE - u - v;
         let real = R::from_f32;
-        if !data.normals.is_empty() {
-            let normal = |i: usize| {
-                R::Vec3::new(
-                    real(data.normals[i][0]),
-                    real(data.normals[i][1]),
-                    real(data.normals[i][2]),
-                )
-            };
-            let n = normal(a) * w + normal(b) * u + normal(c) * v;
-            let [x, y, z] = mesh.normals;
-            let n = if mesh.rotates {
-                scene.geometry.normal_to_world(ray, hit, n)
-            } else {
-                x * n.x() + y * n.y() + z * n.z()
-            }
-            .normalize();
-            // Normals that cancel, or vanish under a flat transform, leave the geometric normal.
-            if n.is_finite() {
-                self.normal = n;
-            }
-        }
         let uv = |set: usize| {
             let set = data.uvs.get(set).filter(|set| !set.is_empty())?;
             let at = |k: usize| {

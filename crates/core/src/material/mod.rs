@@ -64,7 +64,7 @@ pub(crate) use lobe_traits::sample_cosine_hemisphere;
 pub use lobe_traits::{BsdfLobe, Directions, ScatteringLobe};
 pub use metallic_roughness::{Glass, MetallicRoughness};
 pub use multiple_scattering::MultipleScattering;
-pub use normal_map::{NormalMap, ensure_reflection_above};
+pub use normal_map::{NormalMap, ensure_reflection_above, reflects_above};
 pub use shading_frame::ShadingFrame;
 pub use sheen::Sheen;
 pub(crate) use spectrum::{HeroWavelength, ior_at_wavelength};

@@ -52,6 +52,47 @@ fn has_unit_length<N: Number>(v: N::Vec3) -> N::Mask {
 /// is at least half of this limit: the lobe of a nearly smooth mirror then lies above the surface.
 const LEAST_HEIGHT: f64 = 0.02;
 
+/// Heights above a surface, as cosines to its geometric normal on the view's side.
+struct ReflectionHeights<N: Number> {
+    /// Height of the shading normal.
+    rise: N,
+    /// Height of the view.
+    own: N,
+    /// Height of the view's reflection at the shading normal.
+    height: N,
+    /// Height below which the reflection is lifted.
+    minimum: N,
+}
+
+impl<N: Number> ReflectionHeights<N> {
+    /// Computes the heights for a shading normal `n`, the geometric normal `facing` on the view's
+    /// side, and the direction `d` of the ray towards the surface.
+    #[inline(always)]
+    fn new(n: N::Vec3, facing: N::Vec3, d: N::Vec3) -> Self {
+        let (rise, own) = (n.dot(facing), -d.dot(facing));
+        Self {
+            rise,
+            own,
+            height: N::from_f64(-2.0) * d.dot(n) * rise - own,
+            minimum: (own * N::from_f64(0.9)).min(N::from_f64(LEAST_HEIGHT)),
+        }
+    }
+}
+
+/// Whether a shading normal reflects the view to a direction above the surface, so that
+/// [`ensure_reflection_above`] keeps it.
+#[inline(always)]
+pub fn reflects_above<N: Number>(
+    n: N::Vec3,
+    geometric: N::Vec3,
+    outside: N::Mask,
+    d: N::Vec3,
+) -> N::Mask {
+    let facing = N::Vec3::select(outside, geometric, -geometric);
+    let heights = ReflectionHeights::<N>::new(n, facing, d);
+    !heights.minimum.greater_than(heights.height) & heights.rise.greater_than(N::ZERO)
+}
+
 /// Returns a shading normal that reflects the view to a direction above the surface. `n` is the
 /// given shading normal, `d` the unit direction of the ray towards the surface.
 ///
@@ -72,10 +113,13 @@ pub fn ensure_reflection_above<N: Number>(
     d: N::Vec3,
 ) -> N::Vec3 {
     let facing = N::Vec3::select(outside, geometric, -geometric);
-    let (rise, own) = (n.dot(facing), -d.dot(facing));
-    let height = N::from_f64(-2.0) * d.dot(n) * rise - own;
-    let minimum = (own * N::from_f64(0.9)).min(N::from_f64(LEAST_HEIGHT));
-    let kept = !minimum.greater_than(height) & rise.greater_than(N::ZERO);
+    let ReflectionHeights {
+        rise,
+        own,
+        height,
+        minimum,
+    } = ReflectionHeights::<N>::new(n, facing, d);
+    let kept = reflects_above::<N>(n, geometric, outside, d);
     // An early return is worthwhile: nearly every normal is kept, and the remaining code is a chain
     // of dependent square roots.
     if !(!kept).any_lane() {

@@ -7,6 +7,7 @@ use super::super::inputs::InputCompiler;
 use super::layered::{MaterialContext, prepare_layers};
 use super::prepare_optional;
 use crate::effects::Effect;
+use crate::material::MetallicRoughness;
 use crate::scene::{AlphaMode, Channel, Physical as PhysicalData};
 use crate::texture::{InputProduct, NormalMapInput, PreparedInput};
 
@@ -41,6 +42,8 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub is_common: bool,
     /// Whether a smooth surface traces mirrored rays. If not, its reflection is shaded as rough.
     pub mirrors: bool,
+    /// Model of an opaque material whose inputs are the same everywhere; `None` if one varies.
+    pub uniform_model: Option<MetallicRoughness<R>>,
 }
 
 /// Index of refraction of a physical material, at least 1. A constant index of 0 stands for total
@@ -91,6 +94,24 @@ impl<R: Real> PhysicalTransmission<R> {
 }
 
 impl<R: Real> PhysicalInputs<R> {
+    /// Returns the model of the material if it is opaque and no input of it varies.
+    fn find_uniform_model(&self) -> Option<MetallicRoughness<R>> {
+        let RefractiveIndex::Constant(boundary) = self.index else {
+            return None;
+        };
+        if self.vertex_colours || self.transmission.is_some() {
+            return None;
+        }
+        Some(MetallicRoughness {
+            base: self.base.constant_value()?,
+            metallic: self.metallic.constant_value()?.x(),
+            roughness: self.roughness.constant_value()?.x(),
+            dielectric: boundary.f0 * self.specular,
+            grazing: self.specular,
+            glass: None,
+        })
+    }
+
     /// Whether the material is a transmissive thin wall with layers.
     pub fn is_thin(&self) -> bool {
         self.thin && self.transmission.is_some() && self.layers.is_some()
@@ -136,7 +157,7 @@ pub(super) fn prepare_physical<R: Real>(
         .constant_specular_factor()
         .filter(|_| context.is_path_tracing && layers.is_none());
     let is_opaque = m.alpha == AlphaMode::Opaque && transmission.is_none() && !m.unlit;
-    Ok(PhysicalInputs {
+    let physical = PhysicalInputs {
         is_common: is_opaque && layers.is_none() && !inputs.dependencies.expressions,
         layers,
         specular: R::from_f64(specular.unwrap_or(1.0)),
@@ -159,6 +180,11 @@ pub(super) fn prepare_physical<R: Real>(
         opacity,
         unlit: m.unlit,
         mirrors: !context.disabled_effects.has(Effect::MirrorReflection),
+        uniform_model: None,
+    };
+    Ok(PhysicalInputs {
+        uniform_model: physical.find_uniform_model(),
+        ..physical
     })
 }
 

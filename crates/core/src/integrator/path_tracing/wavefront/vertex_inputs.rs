@@ -4,6 +4,7 @@ use raywright_bvh::Real;
 
 use super::Wavefront;
 use crate::integrator::path_tracing::{PathState, PathTracer, VertexSamples};
+use crate::integrator::shading_normals::ShadingNormalLanes;
 use crate::interaction::Interaction;
 use crate::sampler::{SamplePurpose, SampleSequence, sample_4d_batch};
 
@@ -42,12 +43,15 @@ impl<R: Real> PathTracer<'_, R> {
             hits.clone()
                 .for_each(|hit| self.scene.prefetch_vertex_attributes(hit));
         }
-        for ((&index, hit), interaction) in active.iter().zip(hits).zip(interactions) {
-            let segment = &paths[index as usize].segment;
+        let mut normals = ShadingNormalLanes::new();
+        for (k, (&index, hit)) in active.iter().zip(hits).enumerate() {
+            let (segment, interaction) = (&paths[index as usize].segment, &mut interactions[k]);
             interaction.fill_geometry_from_surface(self.scene, &segment.ray, hit);
-            interaction.fill_attributes(self.scene, segment, hit);
+            interaction.fill_texture_coordinates(self.scene, segment, hit);
             self.scene.texture_tables.prefetch_texels(interaction);
+            normals.push_hit(self.scene, (interactions, k), (&segment.ray, hit));
         }
+        normals.flush(interactions);
     }
 
     /// Computes the random numbers that nearly every vertex needs.
