@@ -18,7 +18,6 @@ use super::vertices::{VertexLanes, WavefrontSlice};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::{LANES, LaneColumn, LightSampleLanes, SkySample};
-use crate::sampler::SampleSequence;
 
 /// State of a batch of paths; kept to reuse the memory of the lists.
 #[derive(Default)]
@@ -32,7 +31,6 @@ pub(super) struct Wavefront<R: Real> {
     sky_samples: Vec<SkySample<R>>,
     /// Interactions of the paths with a hit, followed by unused entries.
     interactions: Vec<Interaction<R>>,
-    sequences: Vec<(SampleSequence, u32)>,
     draws: Vec<[f32; 4]>,
     vertices: VertexQueues<R>,
     /// Sampled lights of the vertices in one queue.

@@ -60,43 +60,36 @@ impl<R: Real> PathTracer<'_, R> {
         Wavefront {
             paths,
             active,
-            sequences,
             draws,
             ..
         }: &mut Wavefront<R>,
     ) {
-        let samples_lights = !self.scene.lights.light_sampler().is_empty();
-        sequences.clear();
         draws.clear();
-        for &index in &*active {
-            let PathState {
-                address,
-                sample_hash,
-                ..
-            } = &paths[index as usize];
-            sequences.push((
-                SampleSequence::from_sample_hash(*sample_hash, *address, SamplePurpose::Scatter),
-                address.index,
-            ));
-            if samples_lights {
-                sequences.push((
-                    SampleSequence::from_sample_hash(*sample_hash, *address, SamplePurpose::Light),
+        let states = &*paths;
+        let sequences = |purpose| {
+            active.iter().map(move |&index| {
+                let PathState {
+                    address,
+                    sample_hash,
+                    ..
+                } = &states[index as usize];
+                (
+                    SampleSequence::from_sample_hash(*sample_hash, *address, purpose),
                     address.index,
-                ));
-            }
+                )
+            })
+        };
+        sample_4d_batch(sequences(SamplePurpose::Scatter), draws);
+        if !self.scene.lights.light_sampler().is_empty() {
+            sample_4d_batch(sequences(SamplePurpose::Light), draws);
         }
-        sample_4d_batch(sequences.iter().copied(), draws);
-        for (&index, draws) in
-            active
-                .iter()
-                .zip(draws.chunks_exact(if samples_lights { 2 } else { 1 }))
-        {
+        let (scatter, light) = draws.split_at(active.len());
+        for (k, (&index, &[u, v, u_roulette, lobe])) in active.iter().zip(scatter).enumerate() {
             // Directions matter most: they get the first two dimensions of a point, which are the
             // best stratified.
-            let [u, v, u_roulette, lobe] = draws[0];
             paths[index as usize].samples = VertexSamples {
                 scatter: [lobe, u, v, u_roulette],
-                light: draws.get(1).copied().unwrap_or_default(),
+                light: light.get(k).copied().unwrap_or_default(),
             };
         }
     }
