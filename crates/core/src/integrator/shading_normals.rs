@@ -218,3 +218,6 @@ impl<R: Real> SimdTask for ShadingNormalTask<'_, R> {
         (normals, is_kept)
     }
 }
+
+#[cfg(test)]
+mod tests;
