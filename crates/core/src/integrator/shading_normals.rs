@@ -191,7 +191,7 @@ impl<R: Real> SimdTask for ShadingNormalTask<'_, R> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         let (lanes, mut normals, mut is_kept) = (self.0, [[R::ZERO; LANES]; 3], [false; LANES]);
-        for lane in 0..LANES {
+        for (lane, is_kept) in is_kept.iter_mut().enumerate() {
             let vectors = |columns: &[Vec3Column<R>; 3]| {
                 [
                     get_lane_vector::<R>(&columns[0], lane),
@@ -213,7 +213,7 @@ impl<R: Real> SimdTask for ShadingNormalTask<'_, R> {
             let n = if lanes.is_turned[lane] { -n } else { n };
             set_lane_vector::<R>(&mut normals, lane, n);
             let direction = get_lane_vector::<R>(&lanes.direction, lane);
-            is_kept[lane] = reflects_above::<R>(n, geometric, lanes.outside[lane], direction);
+            *is_kept = reflects_above::<R>(n, geometric, lanes.outside[lane], direction);
         }
         (normals, is_kept)
     }
