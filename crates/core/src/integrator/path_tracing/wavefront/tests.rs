@@ -361,6 +361,44 @@ fn prefetching_changes_no_texel() {
     assert!(leaves > 20, "{leaves} where the maps differ");
 }
 
+/// Protects: a material whose inputs are the same everywhere has the model that its inputs give at
+/// a hit; one with a checker, a texture, an expression or glass has no such model.
+#[test]
+fn uniform_models_are_those_of_the_inputs() {
+    let mut scene = everything();
+    scene.materials[1] = serde_json::from_value(json!({ "name": "metal",
+        "model": { "physical": { "base_colour": [0.5, 0.4, 0.3], "metallic": 0.5, "roughness": 0.6, "specular": 0.4 } } }))
+    .expect("a material");
+    let prepared = prepared(&scene);
+    let (mut uniform, mut varying) = (0, 0);
+    for ray in rays(&prepared) {
+        let segment = super::super::super::PathSegment::from_ray(ray);
+        let Some(hit) =
+            prepared
+                .geometry
+                .closest(&ray, raywright_bvh::Interval::positive(), &mut ())
+        else {
+            continue;
+        };
+        let interaction = Interaction::from_hit_without_normal_map(&prepared, &segment, &hit);
+        let PreparedMaterial::Physical(m) = &prepared.materials[interaction.material as usize]
+        else {
+            continue;
+        };
+        let inputs = crate::prepare::PhysicalInputs {
+            uniform_model: None,
+            ..*m
+        };
+        let context = prepared.texture_tables.shading_context(&interaction);
+        let model = inputs.metallic_roughness_at(&context);
+        assert_eq!(m.metallic_roughness_at(&context), model);
+        assert!(m.uniform_model.is_none_or(|uniform| uniform == model));
+        uniform += usize::from(m.uniform_model.is_some());
+        varying += usize::from(m.uniform_model.is_none());
+    }
+    assert!(uniform > 20 && varying > 50, "{uniform}, {varying}");
+}
+
 /// Protects: a light above the shading horizon and below the geometric one contributes nothing;
 /// above both it contributes.
 #[test]
