@@ -135,7 +135,6 @@ struct PathState<R: Real> {
     /// Address of the next vertex in the sample sequence.
     address: SampleAddress,
     sample_hash: SampleHash,
-    samples: VertexSamples,
     /// Segments traced so far.
     segments_traced: u32,
     /// Number of segments that end at index-matched boundaries.
@@ -196,7 +195,6 @@ impl<R: Real> PathTracer<'_, R> {
             radiance: Vector::ZERO,
             address,
             sample_hash: address.sample_hash(),
-            samples: VertexSamples::default(),
             segments_traced: 0,
             matched_segments: 0,
             passages: 0,

@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Real, Surface, Vector};
 
-use super::{LightDensity, LightSample, ShadowRayTarget};
+use super::{LightDensity, LightId, LightSample, ShadowRayTarget};
 
 /// Number of receiving points whose lights are sampled together.
 pub(crate) const LANES: usize = 8;
@@ -24,10 +24,47 @@ pub(crate) fn set_lane_vector<R: Real>(column: &mut Vec3Column<R>, lane: usize, 
     (column[0][lane], column[1][lane], column[2][lane]) = (v.x(), v.y(), v.z());
 }
 
+/// Points for each of which a light is chosen and sampled, as a structure of arrays.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ReceivingPointLanes<'a, R: Real> {
+    pub point: &'a Vec3Column<R>,
+    /// Uniform numbers in [0, 1): coarse and fine number for the choice of a light, see
+    /// [`LightSampler::sample`](super::LightSampler::sample), and two numbers for a point on the
+    /// light.
+    pub numbers: &'a [LaneColumn<f32>; 4],
+}
+
+impl<R: Real> ReceivingPointLanes<'_, R> {
+    /// Returns the point in a lane, and the two numbers for a point on its light.
+    #[inline(always)]
+    pub fn get_lane(&self, lane: usize) -> (R::Vec3, [f32; 2]) {
+        (
+            get_lane_vector::<R>(self.point, lane),
+            [self.numbers[2][lane], self.numbers[3][lane]],
+        )
+    }
+}
+
+/// The lights chosen for `N` points, with the probabilities of the choices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LightChoices<const N: usize> {
+    /// The light of each point; `None` without a point, or if no light contributes there.
+    pub lights: [Option<LightId>; N],
+    /// Probability of each choice; unspecified without a light.
+    pub probabilities: [f64; N],
+}
+
+impl<const N: usize> LightChoices<N> {
+    pub const NONE: Self = Self {
+        lights: [None; N],
+        probabilities: [1.0; N],
+    };
+}
+
 /// Surface geometry of several points, as a structure of arrays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfaceLanes<R: Real> {
-    point: Vec3Column<R>,
+    pub point: Vec3Column<R>,
     above: Vec3Column<R>,
     below: Vec3Column<R>,
     normal: Vec3Column<R>,

@@ -5,20 +5,11 @@
 use raywright_bvh::{Real, Vector};
 
 use super::cdf::{entry_probability, push_cdf, sample_index};
+use super::lanes::{
+    LANES, LaneColumn, LightChoices, ReceivingPointLanes, Vec3Column, get_lane_vector,
+};
 use super::tree::{LightLeaf, LightTree, ReceivingPoint};
 use super::{LightId, Lights};
-
-/// Input of a [`LightSampler`]: the surface point for which a light is chosen, and uniform numbers.
-#[derive(Clone, Copy, Debug)]
-pub struct LightSamplerQuery<R: Real> {
-    /// The surface point.
-    pub from: R::Vec3,
-    /// Unit normal of the side that receives light; zero if both sides receive light.
-    pub normal: R::Vec3,
-    /// Coarse and fine uniform number in [0, 1), added with weights 1 and 2⁻²³: a single `f32`
-    /// number has steps of 2⁻²³.
-    pub numbers: [f32; 2],
-}
 
 /// Sampler that chooses one light for a surface point, in proportion to the lights' estimated
 /// contributions.
@@ -35,6 +26,13 @@ pub struct LightSampler {
     /// Slot of each emitter in the tree, a place for a child of a node. [`LightTree::NONE`] for an
     /// emitter without power.
     leaves: Vec<u32>,
+}
+
+/// Returns the sum of a coarse and a fine number, see [`LightSampler::sample`].
+#[inline(always)]
+fn add_numbers(coarse: f32, fine: f32) -> f64 {
+    const STEP: f64 = 1.0 / (1 << 23) as f64;
+    f64::from(coarse) + f64::from(fine) * STEP
 }
 
 impl LightSampler {
@@ -90,61 +88,74 @@ impl LightSampler {
         self.far.is_empty() && self.tree.is_empty()
     }
 
-    /// Samples a light for a surface point by two uniform numbers in [0, 1), see
-    /// [`LightSamplerQuery`]. Returns the light and its probability, or `None` if no light
-    /// contributes at the point.
+    /// Samples a light for a surface point. Returns the light and its probability, or `None` if no
+    /// light contributes at the point.
+    ///
+    /// - `normal`: unit normal of the side that receives light; zero if both sides receive light.
+    /// - `numbers`: coarse and fine uniform number in [0, 1), added with weights 1 and 2⁻²³: a
+    ///   single `f32` number has steps of 2⁻²³.
     #[inline]
     pub fn sample<R: Real>(
         &self,
         from: R::Vec3,
         normal: R::Vec3,
-        numbers: [f32; 2],
+        [coarse, fine]: [f32; 2],
     ) -> Option<(LightId, f64)> {
-        let [drawn] = self.sample_many([Some(LightSamplerQuery::<R> {
-            from,
-            normal,
-            numbers,
-        })]);
-        drawn
+        let choices = self.choose([true], [add_numbers(coarse, fine)], |_| ReceivingPoint {
+            point: from.to_f64(),
+            normal: normal.to_f64(),
+        });
+        choices.lights[0].map(|light| (light, choices.probabilities[0]))
     }
 
-    /// Samples a light for each of several points as [`Self::sample`] does, in less time. A missing
-    /// point gives `None`.
+    /// Samples a light for each point whose `is_used` is set as [`Self::sample`] does, in less time.
     #[inline]
-    pub fn sample_many<R: Real, const N: usize>(
+    pub(crate) fn sample_lanes<R: Real>(
         &self,
-        points: [Option<LightSamplerQuery<R>>; N],
-    ) -> [Option<(LightId, f64)>; N] {
-        const STEP: f64 = 1.0 / (1 << 23) as f64;
+        points: &ReceivingPointLanes<'_, R>,
+        normal: &Vec3Column<R>,
+        is_used: LaneColumn<bool>,
+    ) -> LightChoices<LANES> {
+        let mut u = [0.0; LANES];
+        for (lane, u) in u.iter_mut().enumerate() {
+            *u = add_numbers(points.numbers[0][lane], points.numbers[1][lane]);
+        }
+        self.choose(is_used, u, |lane| ReceivingPoint {
+            point: get_lane_vector::<R>(points.point, lane).to_f64(),
+            normal: get_lane_vector::<R>(normal, lane).to_f64(),
+        })
+    }
+
+    /// Samples a light for each point whose `is_used` is set, by the point's number `u` in [0, 1).
+    #[inline(always)]
+    fn choose<const N: usize>(
+        &self,
+        mut is_used: [bool; N],
+        mut u: [f64; N],
+        receiver: impl Fn(usize) -> ReceivingPoint,
+    ) -> LightChoices<N> {
+        let mut far = LightChoices::NONE;
+        if self.far_share == 0.0 {
+            return self.tree.sample_lights(&is_used, &u, receiver);
+        }
         let near_share = 1.0 - self.far_share;
-        let (mut drawn, mut near) = ([None; N], [None; N]);
-        for (i, point) in points.into_iter().enumerate() {
-            let Some(LightSamplerQuery {
-                from,
-                normal,
-                numbers: [coarse, fine],
-            }) = point
-            else {
-                continue;
-            };
-            let u = f64::from(coarse) + f64::from(fine) * STEP;
-            if u < self.far_share {
-                let (index, probability, _) = sample_index(&self.far_shares, u / self.far_share);
-                drawn[i] = Some((self.far[index], probability * self.far_share));
-            } else {
-                near[i] = Some((
-                    ReceivingPoint {
-                        point: from.to_f64(),
-                        normal: normal.to_f64(),
-                    },
-                    (u - self.far_share) / near_share,
-                ));
+        for i in 0..N {
+            if is_used[i] && u[i] < self.far_share {
+                let (index, probability, _) = sample_index(&self.far_shares, u[i] / self.far_share);
+                far.lights[i] = Some(self.far[index]);
+                far.probabilities[i] = probability * self.far_share;
+                is_used[i] = false;
+            }
+            u[i] = (u[i] - self.far_share) / near_share;
+        }
+        let near = self.tree.sample_lights(&is_used, &u, receiver);
+        for i in 0..N {
+            if is_used[i] {
+                far.lights[i] = near.lights[i];
+                far.probabilities[i] = near.probabilities[i] * near_share;
             }
         }
-        let near = self.tree.sample_lights(&near);
-        core::array::from_fn(|i| {
-            drawn[i].or(near[i].map(|(light, probability)| (light, probability * near_share)))
-        })
+        far
     }
 
     /// Returns the probability with which [`LightSampler::sample`] chooses `light` for a point.

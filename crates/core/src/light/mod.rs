@@ -43,10 +43,10 @@ pub use emitters::{EmissionEstimate, EmissionPoint, EmitterList, EmitterStrategy
 pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
 pub(crate) use lanes::{
-    LANES, LaneColumn, LightSampleLanes, ShadowRayTargetKind, SurfaceLanes, Vec3Column,
-    get_lane_vector, set_lane_vector,
+    LANES, LaneColumn, LightChoices, LightSampleLanes, ReceivingPointLanes, ShadowRayTargetKind,
+    SurfaceLanes, Vec3Column, get_lane_vector, set_lane_vector,
 };
-pub use light_sampler::{LightSampler, LightSamplerQuery};
+pub use light_sampler::LightSampler;
 pub use polygon::Polygon;
 pub use sky::{SkyRadiance, SkySample};
 pub(crate) use sky::{max_sky_table_bytes, prepare_sky_radiance as prepare_sky};
@@ -105,20 +105,6 @@ pub struct LightSample<R: Real> {
     pub density: LightDensity,
     /// Target of the shadow ray.
     pub target: ShadowRayTarget<R>,
-}
-
-/// A light that a [`LightSampler`] chose for a receiving point, with the probability of the choice.
-/// The uniform numbers serve to sample a point of the light.
-#[derive(Clone, Copy, Debug)]
-pub struct ChosenLight<R: Real> {
-    /// The light.
-    pub light: LightId,
-    /// Probability of the choice.
-    pub probability: f64,
-    /// The receiving point.
-    pub from: R::Vec3,
-    /// Uniform numbers in [0, 1) for sampling the light.
-    pub position: [f32; 2],
 }
 
 /// All lights of a prepared scene: delta lights, emitters and the sky.
@@ -257,44 +243,22 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// Samples many chosen lights as [`Lights::sample`] does, one lane of `samples` for each, and
-    /// overwrites their contents. Lights of the same kind are sampled together.
-    pub(crate) fn sample_batches(
+    /// Samples the chosen lights of many points as [`Lights::sample`] does, one lane of `samples`
+    /// for each, and overwrites their contents. Lights of the same kind are sampled together.
+    pub(crate) fn sample_batches<'a>(
         &self,
-        chosen_lights: &[Option<ChosenLight<R>>],
-        samples: &mut Vec<LightSampleLanes<R>>,
+        batches: impl Iterator<Item = (ReceivingPointLanes<'a, R>, &'a LightChoices<LANES>)> + Clone,
+        samples: &mut [LightSampleLanes<R>],
     ) {
-        samples.resize_with(
-            chosen_lights.len().div_ceil(LANES).max(samples.len()),
-            LightSampleLanes::new,
-        );
         let mut emitters = EmitterLanes::new();
-        for (chosen_lights, samples) in chosen_lights.chunks(LANES).zip(&mut *samples) {
+        for ((points, choices), samples) in batches.clone().zip(&mut *samples) {
             samples.target_kinds = [ShadowRayTargetKind::Nothing; LANES];
-            let each = || {
-                chosen_lights
-                    .iter()
-                    .enumerate()
-                    .filter_map(|(lane, chosen_light)| {
-                        chosen_light
-                            .as_ref()
-                            .map(|chosen_light| (lane, chosen_light))
-                    })
-            };
             self.emitters
-                .sample_lanes(chosen_lights, &mut emitters, samples);
-            for (
-                lane,
-                &ChosenLight {
-                    light,
-                    probability,
-                    from,
-                    position,
-                },
-            ) in each()
-            {
-                if matches!(light, LightId::Delta(_)) {
-                    self.sample(light, from, position, probability)
+                .sample_lanes(&points, choices, &mut emitters, samples);
+            for (lane, &light) in choices.lights.iter().enumerate() {
+                if let Some(light @ LightId::Delta(_)) = light {
+                    let (from, position) = points.get_lane(lane);
+                    self.sample(light, from, position, choices.probabilities[lane])
                         .iter()
                         .for_each(|sample| samples.set_lane(lane, sample));
                 }
@@ -303,34 +267,39 @@ impl<R: Real> Lights<R> {
         let Some(sampler) = &self.sky_sampler else {
             return;
         };
-        let each = || {
-            chosen_lights
-                .iter()
+        let sky = || {
+            batches
+                .clone()
                 .enumerate()
-                .filter_map(|(index, chosen_light)| {
-                    chosen_light
-                        .as_ref()
-                        .map(|chosen_light| (index, chosen_light))
+                .flat_map(|(batch, (points, choices))| {
+                    (0..LANES)
+                        .filter(|&lane| choices.lights[lane] == Some(LightId::Sky))
+                        .map(move |lane| {
+                            (
+                                batch,
+                                lane,
+                                points.get_lane(lane),
+                                choices.probabilities[lane],
+                            )
+                        })
                 })
         };
-        let sky = || each().filter(|(_, chosen_light)| chosen_light.light == LightId::Sky);
         let directions =
-            sampler.sample_directions::<R>(sky().map(|(_, chosen_light)| chosen_light.position));
+            sampler.sample_directions::<R>(sky().map(|(.., (_, position), _)| position));
         let mut sky_samples = Vec::with_capacity(directions.len());
         self.sky.eval_rays(
             sky()
                 .zip(&directions)
-                .map(|((_, chosen_light), &direction)| (chosen_light.from, direction)),
+                .map(|((.., (from, _), _), &direction)| (from, direction)),
             &mut sky_samples,
         );
-        for (((index, chosen_light), &direction), sky_sample) in
+        for (((batch, lane, _, probability), &direction), sky_sample) in
             sky().zip(&directions).zip(&sky_samples)
         {
-            let sample =
-                sampler.light_sample_from_radiance(direction, sky_sample, chosen_light.probability);
-            sample
+            sampler
+                .light_sample_from_radiance(direction, sky_sample, probability)
                 .iter()
-                .for_each(|sample| samples[index / LANES].set_lane(index % LANES, sample));
+                .for_each(|sample| samples[batch].set_lane(lane, sample));
         }
     }
 

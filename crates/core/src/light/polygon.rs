@@ -256,19 +256,22 @@ impl<const N: usize> PolygonLanes<N> {
         }
     }
 
-    /// Sets the polygon, the receiving point and the uniform numbers of a lane.
+    /// Sets the polygon of a lane.
     #[inline(always)]
-    pub fn set_lane(&mut self, lane: usize, polygon: &Polygon, from: DVec3, position: [f64; 2]) {
-        let Polygon([a, b, c, d]) = *polygon;
-        for (columns, v) in self
-            .points_and_corners
-            .as_chunks_mut::<3>()
-            .0
-            .iter_mut()
-            .zip([from, a, b, c, d])
-        {
-            set_lane_numbers(columns, lane, v.to_array());
+    pub fn set_polygon(&mut self, lane: usize, Polygon(corners): &Polygon) {
+        let [_, columns @ ..] = self.points_and_corners.as_chunks_mut::<3>().0 else {
+            return;
+        };
+        for (columns, corner) in columns.iter_mut().zip(corners) {
+            set_lane_numbers(columns, lane, corner.to_array());
         }
+    }
+
+    /// Sets the receiving point and the uniform numbers of a lane.
+    #[inline(always)]
+    pub fn set_point(&mut self, lane: usize, from: DVec3, position: [f64; 2]) {
+        let [x, y, z, ..] = &mut self.points_and_corners;
+        (x[lane], y[lane], z[lane]) = (from.x, from.y, from.z);
         set_lane_numbers(&mut self.positions, lane, position);
     }
 

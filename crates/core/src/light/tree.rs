@@ -15,6 +15,7 @@ use raywright_bvh::{Real, SimdTask, run_widest};
 use build::{LeafGroup, partition_children};
 use node::{LightNode, WIDTH, cumulative_sums};
 
+use super::lanes::LightChoices;
 use super::{LightBounds, LightId};
 
 /// A light with a position, as a leaf of the tree.
@@ -125,18 +126,29 @@ impl LightTree {
         nodes.saturating_mul(size_of::<LightNode>() as u64)
     }
 
-    /// Samples a light for each point by the point's uniform number in [0, 1). Returns the light
-    /// and its probability; `None` if no light can contribute.
+    /// Samples a light for each point whose `is_used` is set, by the point's uniform number `u` in
+    /// [0, 1). `receiver` returns the point by its index.
+    #[inline(always)]
     pub fn sample_lights<const N: usize>(
         &self,
-        points: &[Option<(ReceivingPoint, f64)>; N],
-    ) -> [Option<(LightId, f64)>; N] {
+        is_used: &[bool; N],
+        u: &[f64; N],
+        receiver: impl Fn(usize) -> ReceivingPoint,
+    ) -> LightChoices<N> {
         match self.top {
-            Some(LightTreeChild::Inner(_)) if points.iter().any(Option::is_some) => {
-                run_widest(LightTreeTask { tree: self, points })
+            Some(LightTreeChild::Inner(_)) if is_used.contains(&true) => {
+                run_widest(LightTreeTask {
+                    tree: self,
+                    is_used,
+                    u,
+                    points: &core::array::from_fn(receiver),
+                })
             }
-            Some(LightTreeChild::Light(light)) => points.map(|point| point.map(|_| (light, 1.0))),
-            _ => [None; N],
+            Some(LightTreeChild::Light(light)) => LightChoices {
+                lights: is_used.map(|is_used| is_used.then_some(light)),
+                probabilities: [1.0; N],
+            },
+            _ => LightChoices::NONE,
         }
     }
 
@@ -155,27 +167,31 @@ impl LightTree {
     #[inline(always)]
     fn traverse_lanes<const N: usize>(
         &self,
-        points: &[Option<(ReceivingPoint, f64)>; N],
-    ) -> [Option<(LightId, f64)>; N] {
+        is_used: &[bool; N],
+        mut u: [f64; N],
+        points: &[ReceivingPoint; N],
+    ) -> LightChoices<N> {
         let nothing = LightTreeChild::Inner(Self::NONE);
         let top = self.top.unwrap_or(nothing);
-        let mut content = points.map(|point| if point.is_some() { top } else { nothing });
-        let mut u = points.map(|point| point.map_or(0.0, |(_, u)| u));
+        let mut content = is_used.map(|is_used| if is_used { top } else { nothing });
         let mut probability = [1.0; N];
         let mut importances = [[0.0; WIDTH]; N];
         loop {
             let mut some = false;
             for i in 0..N {
-                if let (Some(node), Some((receiver, _))) = (self.node_at(content[i]), &points[i]) {
-                    importances[i] = node.child_importances(receiver);
+                if let Some(node) = self.node_at(content[i]) {
+                    importances[i] = node.child_importances(&points[i]);
                     some = true;
                 }
             }
             if !some {
-                return core::array::from_fn(|i| match content[i] {
-                    LightTreeChild::Light(light) => Some((light, probability[i])),
-                    LightTreeChild::Inner(_) => None,
-                });
+                return LightChoices {
+                    lights: content.map(|content| match content {
+                        LightTreeChild::Light(light) => Some(light),
+                        LightTreeChild::Inner(_) => None,
+                    }),
+                    probabilities: probability,
+                };
             }
             for i in 0..N {
                 let Some(node) = self.node_at(content[i]) else {
@@ -230,14 +246,16 @@ const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 /// SIMD task: the traversal of [`LightTree::sample_lights`].
 struct LightTreeTask<'a, const N: usize> {
     tree: &'a LightTree,
-    points: &'a [Option<(ReceivingPoint, f64)>; N],
+    is_used: &'a [bool; N],
+    u: &'a [f64; N],
+    points: &'a [ReceivingPoint; N],
 }
 
 impl<const N: usize> SimdTask for LightTreeTask<'_, N> {
-    type Output = [Option<(LightId, f64)>; N];
+    type Output = LightChoices<N>;
     #[inline(always)]
     fn run(self) -> Self::Output {
-        self.tree.traverse_lanes(self.points)
+        self.tree.traverse_lanes(self.is_used, *self.u, self.points)
     }
 }
 

@@ -10,7 +10,7 @@ use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_bsdf_for_light};
 use super::mixture_material::MixtureSurface;
 use super::scatter::ScatteredRay;
 use super::vertices::{LitSides, VertexLanes, VertexList, WavefrontSlice};
-use super::{PathState, PathTracer, classic};
+use super::{PathState, PathTracer, VertexSamples, classic};
 use crate::interaction::Interaction;
 use crate::light::{LaneColumn, LightSampleLanes, get_lane_vector};
 use crate::material::{Bsdf, BsdfLobe, Glass, LayeredBsdf, ShadingFrame};
@@ -100,6 +100,7 @@ impl<R: Real> PathTracer<'_, R> {
         &self,
         position: u32,
         (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
+        samples: &VertexSamples,
         (vertices, surfaces): (&mut VertexList<R>, &mut GeneralSurfaces<R>),
     ) -> bool {
         let scene = self.scene;
@@ -115,7 +116,7 @@ impl<R: Real> PathTracer<'_, R> {
         };
         vertices.batch_with_free_lane().push_vertex(
             position,
-            (path, interaction),
+            (path, interaction, samples),
             vertex_response,
             scene.roulette,
         );

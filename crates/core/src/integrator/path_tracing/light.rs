@@ -1,14 +1,12 @@
 //! Light sampling at vertices, and the weights of multiple importance sampling.
 
-use core::array::from_fn;
-
 use raywright_bvh::{Real, Vector};
 
 use super::PathTracer;
-use super::vertices::{LitSides, MisStrategy, VertexLanes, WavefrontSlice};
+use super::vertices::{LitSides, MisStrategy, VertexLanes};
 use crate::light::{
-    ChosenLight, LANES, LightDensity, LightId, LightSampleLanes, LightSamplerQuery,
-    ShadowRayTargetKind, get_lane_vector,
+    LANES, LightChoices, LightDensity, LightId, LightSampleLanes, ShadowRayTargetKind,
+    set_lane_vector,
 };
 use crate::settings::LightSampling;
 
@@ -24,20 +22,18 @@ pub(super) fn power_heuristic(own: f64, other: f64) -> f64 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-/// The lights chosen for vertices, and their samples. Kept from batch to batch to reuse the memory
-/// of the lists.
+/// The lights chosen for vertices, and their samples, in batches of [`LANES`] vertices. Kept from
+/// queue to queue to reuse the memory of the lists.
 #[derive(Default)]
 pub(super) struct SampledLights<R: Real> {
-    chosen_lights: Vec<Option<ChosenLight<R>>>,
-    lights: Vec<LightSampleLanes<R>>,
+    choices: Vec<LightChoices<LANES>>,
+    samples: Vec<LightSampleLanes<R>>,
 }
 
 impl<R: Real> SampledLights<R> {
-    /// Iterates over the chosen lights and their samples in batches of [`LANES`] vertices.
-    pub fn batches(
-        &self,
-    ) -> impl Iterator<Item = (&[Option<ChosenLight<R>>], &LightSampleLanes<R>)> {
-        self.chosen_lights.chunks(LANES).zip(&self.lights)
+    /// Iterates over the chosen lights and their samples.
+    pub fn batches(&self) -> impl Iterator<Item = (&LightChoices<LANES>, &LightSampleLanes<R>)> {
+        self.choices.iter().zip(&self.samples)
     }
 }
 
@@ -45,69 +41,38 @@ impl<R: Real> PathTracer<'_, R> {
     /// Chooses and samples a light for each vertex, and sets the vertex's [`MisStrategy`].
     pub(super) fn sample_lights(
         &self,
-        slice: &WavefrontSlice<'_, R>,
-        vertices: &mut [VertexLanes<R>],
-        SampledLights {
-            chosen_lights,
-            lights,
-        }: &mut SampledLights<R>,
+        batches: &mut [VertexLanes<R>],
+        SampledLights { choices, samples }: &mut SampledLights<R>,
     ) {
-        chosen_lights.clear();
-        for vertices in &*vertices {
-            let numbers = |lane: usize| {
-                slice
-                    .path_and_interaction(vertices.hit_indices[lane])
-                    .0
-                    .samples
-                    .light
-            };
-            let point = |lane: usize| vertices.surface.get_lane(lane).point;
-            let drawn = self
-                .scene
-                .lights
-                .light_sampler()
-                .sample_many::<R, LANES>(from_fn(|lane| {
-                    let normal = match vertices.sides[lane] {
-                        LitSides::None => return None,
-                        LitSides::One => get_lane_vector::<R>(&vertices.normal, lane),
-                        LitSides::Both => Vector::ZERO,
-                    };
-                    let [coarse, fine, ..] = if lane < vertices.len {
-                        numbers(lane)
-                    } else {
-                        return None;
-                    };
-                    Some(LightSamplerQuery {
-                        from: point(lane),
-                        normal,
-                        numbers: [coarse, fine],
-                    })
-                }));
-            chosen_lights.extend((0..vertices.len).map(|lane| {
-                let ([.., u, v], (light, probability)) = (numbers(lane), drawn[lane]?);
-                Some(ChosenLight {
-                    light,
-                    probability,
-                    from: point(lane),
-                    position: [u, v],
-                })
-            }));
+        choices.clear();
+        let sampler = self.scene.lights.light_sampler();
+        choices.extend(batches.iter().map(|vertices| {
+            let (mut normal, mut is_used) = (vertices.normal, [false; LANES]);
+            for lane in 0..vertices.len {
+                is_used[lane] = vertices.sides[lane] != LitSides::None;
+                if vertices.sides[lane] == LitSides::Both {
+                    set_lane_vector::<R>(&mut normal, lane, Vector::ZERO);
+                }
+            }
+            sampler.sample_lanes(&vertices.receiving_points(), &normal, is_used)
+        }));
+        if samples.len() < choices.len() {
+            samples.resize_with(choices.len(), LightSampleLanes::new);
         }
-        self.scene.lights.sample_batches(chosen_lights, lights);
-        for ((vertices, chosen_lights), lights) in vertices
-            .iter_mut()
-            .zip(chosen_lights.chunks(LANES))
-            .zip(lights)
-        {
-            for (lane, chosen_light) in chosen_lights.iter().enumerate() {
-                let requested = chosen_light
-                    .as_ref()
-                    .filter(|_| lights.target_kinds[lane] != ShadowRayTargetKind::Nothing);
-                match requested.and_then(|chosen_light| {
-                    self.mis_strategy(chosen_light.light, lights.lane_density(lane))
-                }) {
+        self.scene.lights.sample_batches(
+            batches
+                .iter()
+                .map(VertexLanes::receiving_points)
+                .zip(&*choices),
+            samples,
+        );
+        for ((vertices, choices), samples) in batches.iter_mut().zip(choices).zip(samples) {
+            for (lane, light) in choices.lights.iter().enumerate() {
+                let light =
+                    light.filter(|_| samples.target_kinds[lane] != ShadowRayTargetKind::Nothing);
+                match light.and_then(|light| self.mis_strategy(light, samples.lane_density(lane))) {
                     Some(strategy) => vertices.strategy[lane] = strategy,
-                    None => lights.target_kinds[lane] = ShadowRayTargetKind::Nothing,
+                    None => samples.target_kinds[lane] = ShadowRayTargetKind::Nothing,
                 }
             }
         }

@@ -9,8 +9,8 @@ use super::vertices::{VertexLanes, WavefrontSlice};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::{
-    ChosenLight, LightDensity, LightId, LightSample, LightSampleLanes, ShadowRayTarget,
-    ShadowRayTargetKind, get_lane_vector,
+    LightDensity, LightId, LightSample, LightSampleLanes, ShadowRayTarget, ShadowRayTargetKind,
+    get_lane_vector,
 };
 use crate::prepare::{PreparedMaterial, PreparedSpawnRule};
 use crate::scene::AlphaMode;
@@ -23,7 +23,7 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         slice: &mut WavefrontSlice<'_, R>,
         (vertices, lane): (&VertexLanes<R>, usize),
-        (&ChosenLight { light, .. }, lights): (&ChosenLight<R>, &LightSampleLanes<R>),
+        (light, lights): (LightId, &LightSampleLanes<R>),
         shaded: &ShadedLanes<R>,
     ) {
         let index = vertices.hit_indices[lane] as usize;

@@ -10,7 +10,7 @@ use super::bsdf_lanes::perturb_lane_normals;
 use super::classic::build_matte_model;
 use super::general::GeneralSurfaces;
 use super::vertices::{LitSides, VertexList};
-use super::{PathState, PathTracer};
+use super::{PathState, PathTracer, VertexSamples};
 use crate::interaction::Interaction;
 use crate::light::{LANES, set_lane_vector};
 use crate::material::{MetallicRoughness, NormalMap};
@@ -66,6 +66,7 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         index: u32,
         (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &mut Interaction<R>),
+        samples: &VertexSamples,
         vertices: &mut VertexQueues<R>,
     ) -> bool {
         let scene = self.scene;
@@ -102,7 +103,7 @@ impl<R: Real> PathTracer<'_, R> {
             );
         }
         let Some((mut model, gain, bump)) = common else {
-            return self.queue_general_vertex(index, (path, hit, interaction), vertices);
+            return self.queue_general_vertex(index, (path, hit, interaction), samples, vertices);
         };
         // A matte surface does not depend on an index of refraction.
         if self.has_nested_dielectrics() && matches!(material, PreparedMaterial::Physical(_)) {
@@ -128,7 +129,7 @@ impl<R: Real> PathTracer<'_, R> {
         let lanes = list.batch_with_free_lane();
         let lane = lanes.push_vertex(
             index,
-            (path, interaction),
+            (path, interaction, samples),
             (interaction.normal, LitSides::One, gain),
             scene.roulette,
         );
@@ -197,6 +198,7 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         index: u32,
         (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
+        samples: &VertexSamples,
         vertices: &mut VertexQueues<R>,
     ) -> bool {
         if let PreparedMaterial::Physical(m) = &self.scene.materials[interaction.material as usize]
@@ -212,6 +214,7 @@ impl<R: Real> PathTracer<'_, R> {
             && self.build_general_vertex(
                 index,
                 (path, hit, interaction),
+                samples,
                 (&mut vertices.general, &mut vertices.surfaces),
             )
     }

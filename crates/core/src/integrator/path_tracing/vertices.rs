@@ -2,9 +2,11 @@
 
 use raywright_bvh::{Hit, Real};
 
-use super::PathState;
+use super::{PathState, VertexSamples};
 use crate::interaction::Interaction;
-use crate::light::{LANES, LaneColumn, SurfaceLanes, Vec3Column, set_lane_vector};
+use crate::light::{
+    LANES, LaneColumn, ReceivingPointLanes, SurfaceLanes, Vec3Column, set_lane_vector,
+};
 use crate::material::MetallicRoughness;
 use crate::settings::RouletteStart;
 
@@ -84,6 +86,8 @@ pub(super) struct VertexLanes<R: Real> {
     pub throughput: Vec3Column<R>,
     /// Uniform numbers in [0, 1) for the lobe, the direction (two numbers), and Russian roulette.
     pub numbers: [LaneColumn<R>; 4],
+    /// Uniform numbers for the light, see [`ReceivingPointLanes`].
+    pub light_numbers: [LaneColumn<f32>; 4],
     /// Upper limit on the survival probability; infinite without Russian roulette.
     pub max_survival: LaneColumn<R>,
     /// Weighting of the light sample.
@@ -106,6 +110,7 @@ impl<R: Real> VertexLanes<R> {
             gain: none[0],
             throughput: none,
             numbers: [none[0]; 4],
+            light_numbers: [[0.0; LANES]; 4],
             max_survival: none[0],
             strategy: [MisStrategy::Unweighted; LANES],
         }
@@ -117,7 +122,7 @@ impl<R: Real> VertexLanes<R> {
     pub fn push_vertex(
         &mut self,
         index: u32,
-        (path, interaction): (&PathState<R>, &Interaction<R>),
+        (path, interaction, samples): (&PathState<R>, &Interaction<R>, &VertexSamples),
         (normal, sides, gain): (R::Vec3, LitSides, R),
         roulette: RouletteStart,
     ) -> usize {
@@ -139,8 +144,11 @@ impl<R: Real> VertexLanes<R> {
         self.sides[lane] = sides;
         self.gain[lane] = gain;
         set_lane_vector::<R>(&mut self.throughput, lane, path.throughput);
-        for (column, number) in self.numbers.iter_mut().zip(path.samples.scatter) {
+        for (column, number) in self.numbers.iter_mut().zip(samples.scatter) {
             column[lane] = R::from_f32(number);
+        }
+        for (column, number) in self.light_numbers.iter_mut().zip(samples.light) {
+            column[lane] = number;
         }
         self.max_survival[lane] = path.max_survival(roulette);
         lane
@@ -158,6 +166,15 @@ impl<R: Real> VertexLanes<R> {
         ];
         for (column, term) in self.model_terms.iter_mut().zip(terms) {
             column[lane] = term;
+        }
+    }
+
+    /// Returns the vertices as points for which lights are sampled.
+    #[inline(always)]
+    pub fn receiving_points(&self) -> ReceivingPointLanes<'_, R> {
+        ReceivingPointLanes {
+            point: &self.surface.point,
+            numbers: &self.light_numbers,
         }
     }
 

@@ -15,7 +15,7 @@ use super::scatter::ScatteredRay;
 use super::shade::ShadedLanes;
 use super::vertex_queues::VertexQueues;
 use super::vertices::{VertexLanes, WavefrontSlice};
-use super::{PathState, PathTracer};
+use super::{PathState, PathTracer, VertexSamples};
 use crate::interaction::Interaction;
 use crate::light::{LANES, LaneColumn, LightSampleLanes, SkySample};
 
@@ -144,6 +144,7 @@ impl<R: Real> PathTracer<'_, R> {
             active,
             hits,
             interactions,
+            draws,
             vertices,
             survives,
             ..
@@ -157,7 +158,13 @@ impl<R: Real> PathTracer<'_, R> {
             if self.has_triangle_ends {
                 path.start = hit.triangle_slot();
             }
-            survives.push(self.queue_vertex(k as u32, (path, hit, interaction), vertices));
+            let samples = VertexSamples::from_draws(draws, active.len(), k);
+            survives.push(self.queue_vertex(
+                k as u32,
+                (path, hit, interaction),
+                &samples,
+                vertices,
+            ));
             if self.keeps_first {
                 let (first, direct) = (
                     &mut results.first_hits[index as usize],
@@ -250,9 +257,9 @@ impl<R: Real> PathTracer<'_, R> {
             &mut LaneColumn<ScatteredRay<R>>,
         ) -> BsdfLanes<R>,
     ) {
-        self.sample_lights(slice, vertices, requested);
+        self.sample_lights(vertices, requested);
         let mut scattered_rays = [ScatteredRay::REFLECTED; LANES];
-        for (group, (vertices, (chosen_lights, lights))) in
+        for (group, (vertices, (choices, lights))) in
             vertices.iter().zip(requested.batches()).enumerate()
         {
             let bsdf_lanes = shade_lanes(
@@ -270,11 +277,8 @@ impl<R: Real> PathTracer<'_, R> {
             );
             for lane in 0..vertices.len {
                 let index = vertices.hit_indices[lane] as usize;
-                if let Some(chosen_light) = chosen_lights[lane]
-                    .as_ref()
-                    .filter(|_| shaded.lit.is_lit[lane])
-                {
-                    self.add_direct_light(slice, (vertices, lane), (chosen_light, lights), &shaded);
+                if let Some(light) = choices.lights[lane].filter(|_| shaded.lit.is_lit[lane]) {
+                    self.add_direct_light(slice, (vertices, lane), (light, lights), &shaded);
                 }
                 if shaded.next.continues[lane] {
                     self.continue_path(

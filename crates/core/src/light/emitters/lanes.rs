@@ -5,67 +5,80 @@ use raywright_bvh::{Real, SimdTask, SurfacePoint, Vector, run_widest};
 use super::emitter_point::{EmitterPoint, PointDensity, side_sign};
 use super::list::Emitter;
 use crate::light::lanes::{
-    LANES, LaneColumn, LightSampleLanes, SurfaceLanes, Vec3Column, get_lane_vector, set_lane_vector,
+    LANES, LaneColumn, LightSampleLanes, ReceivingPointLanes, SurfaceLanes, Vec3Column,
+    get_lane_vector, set_lane_vector,
 };
 use crate::light::polygon::{Polygon, PolygonLanes};
 
-/// Flat emitters and their receiving points, one pair in each SIMD lane, as a structure of arrays.
+/// Flat emitters, one in each SIMD lane, as a structure of arrays.
 pub(in crate::light) struct EmitterLanes<R: Real> {
+    /// Index of each emitter; `None` for an unused lane.
+    indices: LaneColumn<Option<u32>>,
     polygons: PolygonLanes<LANES>,
-    from: Vec3Column<R>,
     normal: Vec3Column<f64>,
     error: LaneColumn<f64>,
     outwards: LaneColumn<f64>,
     radiance: Vec3Column<R>,
-    probability: LaneColumn<f64>,
 }
 
 impl<R: Real> EmitterLanes<R> {
     pub fn new() -> Self {
-        let (none, zero) = ([[R::ZERO; LANES]; 3], [0.0; LANES]);
+        let zero = [0.0; LANES];
         Self {
+            indices: [None; LANES],
             polygons: PolygonLanes::new(),
-            from: none,
             normal: [zero; 3],
             error: zero,
             outwards: zero,
-            radiance: none,
-            probability: zero,
+            radiance: [[R::ZERO; LANES]; 3],
         }
     }
 
-    /// Sets the emitter, the receiving point, the uniform numbers and the probability of choosing
-    /// the emitter, in a lane.
+    /// Whether a lane holds the emitter `index`.
     #[inline(always)]
-    pub fn set_lane(
+    pub fn has_polygon(&self, lane: usize, index: u32) -> bool {
+        self.indices[lane] == Some(index)
+    }
+
+    /// Sets the emitter in a lane: its index, polygon and other properties.
+    #[inline(always)]
+    pub fn set_polygon(
         &mut self,
         lane: usize,
-        (polygon, emitter): (&Polygon, &Emitter<R>),
-        from: R::Vec3,
-        position: [f32; 2],
-        probability: f64,
+        index: u32,
+        polygon: &Polygon,
+        emitter: &Emitter<R>,
     ) {
-        self.polygons.set_lane(
-            lane,
-            polygon,
-            from.to_f64(),
-            [f64::from(position[0]), f64::from(position[1])],
-        );
-        set_lane_vector::<R>(&mut self.from, lane, from);
+        self.indices[lane] = Some(index);
+        self.polygons.set_polygon(lane, polygon);
         if let Some(plane) = &emitter.plane {
             set_lane_vector::<f64>(&mut self.normal, lane, plane.normal);
             self.error[lane] = plane.error;
         }
         self.outwards[lane] = side_sign(emitter.side);
         set_lane_vector::<R>(&mut self.radiance, lane, emitter.assumed_radiance());
-        self.probability[lane] = probability;
     }
 
-    /// Samples a point of each emitter by solid angle. Returns for each lane whether its sample
+    /// Samples a point of each emitter by solid angle, for the receiving point in the same lane.
+    /// `probabilities` are those of choosing the emitters. Returns for each lane whether its sample
     /// contributes, or `None` if the emitter's solid angle is too small for this technique.
     #[inline]
-    pub fn sample(&self, out: &mut LightSampleLanes<R>) -> LaneColumn<Option<bool>> {
-        let drawn = run_widest(EmitterSampleTask(self));
+    pub fn sample(
+        &mut self,
+        points: &ReceivingPointLanes<'_, R>,
+        probabilities: &LaneColumn<f64>,
+        out: &mut LightSampleLanes<R>,
+    ) -> LaneColumn<Option<bool>> {
+        for lane in 0..LANES {
+            let (from, position) = points.get_lane(lane);
+            self.polygons
+                .set_point(lane, from.to_f64(), position.map(f64::from));
+        }
+        let drawn = run_widest(EmitterSampleTask {
+            emitters: self,
+            points,
+            probabilities,
+        });
         (out.surface, out.direction, out.arriving, out.density) = (
             drawn.surface,
             drawn.direction,
@@ -76,7 +89,11 @@ impl<R: Real> EmitterLanes<R> {
     }
 }
 
-struct EmitterSampleTask<'a, R: Real>(&'a EmitterLanes<R>);
+struct EmitterSampleTask<'a, R: Real> {
+    emitters: &'a EmitterLanes<R>,
+    points: &'a ReceivingPointLanes<'a, R>,
+    probabilities: &'a LaneColumn<f64>,
+}
 
 /// Light samples of emitters, in the layout of [`LightSampleLanes`].
 struct EmitterSamples<R: Real> {
@@ -91,7 +108,11 @@ impl<R: Real> SimdTask for EmitterSampleTask<'_, R> {
     type Output = EmitterSamples<R>;
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Self(emitters) = self;
+        let Self {
+            emitters,
+            points,
+            probabilities,
+        } = self;
         let drawn = emitters.polygons.sample();
         // Separate arrays, which the compiler knows not to alias the inputs.
         let (mut surface, mut direction, mut arriving) = (
@@ -107,14 +128,14 @@ impl<R: Real> SimdTask for EmitterSampleTask<'_, R> {
                 emitters.error[lane],
             );
             let (from, even) = (
-                get_lane_vector::<R>(&emitters.from, lane),
+                get_lane_vector::<R>(points.point, lane),
                 PointDensity::SolidAngle(drawn.solid_angle[lane]),
             );
             let emitter_point = EmitterPoint::<R>::new(
                 &surface_point,
                 emitters.outwards[lane],
                 from,
-                emitters.probability[lane],
+                probabilities[lane],
                 even,
             );
             surface.set_lane(lane, &emitter_point.surface);

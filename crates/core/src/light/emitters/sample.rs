@@ -9,11 +9,11 @@ use super::emitter_point::{EmitterDirection, EmitterPoint, PointDensity, side_si
 use super::lanes::EmitterLanes;
 use super::list::{Emitter, EmitterShape};
 use super::{EmitterStrategy, Emitters};
-use crate::light::lanes::{LANES, LightSampleLanes, ShadowRayTargetKind};
-use crate::light::polygon::PolygonSample;
-use crate::light::{
-    ChosenLight, DirectionCone, LightDensity, LightId, LightSample, ShadowRayTarget,
+use crate::light::lanes::{
+    LANES, LightChoices, LightSampleLanes, ReceivingPointLanes, ShadowRayTargetKind,
 };
+use crate::light::polygon::PolygonSample;
+use crate::light::{DirectionCone, LightDensity, LightId, LightSample, ShadowRayTarget};
 
 /// Query for a point on an emitter: the emitter, the probability of its choice, the receiving
 /// point, and two uniform numbers in [0, 1).
@@ -79,55 +79,49 @@ impl<R: Real> Emitters<R> {
     }
 
     /// Samples a point of each emitter among the chosen lights, as [`Self::sample`] does. Polygons
-    /// are sampled first, all together in the buffer `waiting`. All other emitters follow one by
-    /// one.
+    /// are sampled first, all together in the buffer `lanes`. All other emitters follow one by one.
     pub(in crate::light) fn sample_lanes(
         &self,
-        chosen_lights: &[Option<ChosenLight<R>>],
-        waiting: &mut EmitterLanes<R>,
+        points: &ReceivingPointLanes<'_, R>,
+        choices: &LightChoices<LANES>,
+        lanes: &mut EmitterLanes<R>,
         out: &mut LightSampleLanes<R>,
     ) {
-        let (mut flat, mut any) = ([false; LANES], false);
-        for (lane, chosen_light) in chosen_lights.iter().enumerate().take(LANES) {
-            if let Some(ChosenLight {
-                light: LightId::Emitter(emitter),
-                probability,
-                from,
-                position,
-            }) = chosen_light
-            {
-                let emitter = &self.list.emitters[*emitter as usize];
-                if self.is_sampled_by_solid_angle(emitter)
-                    && let Some(polygon) = emitter.light_polygon()
-                {
-                    waiting.set_lane(lane, (&polygon, emitter), *from, *position, *probability);
-                    (flat[lane], any) = (true, true);
-                }
+        let (mut is_flat, mut any) = ([false; LANES], false);
+        for (lane, light) in choices.lights.iter().enumerate() {
+            if let Some(LightId::Emitter(index)) = *light {
+                is_flat[lane] = lanes.has_polygon(lane, index) || {
+                    let emitter = &self.list.emitters[index as usize];
+                    let polygon = emitter
+                        .light_polygon()
+                        .filter(|_| self.is_sampled_by_solid_angle(emitter));
+                    if let Some(polygon) = &polygon {
+                        lanes.set_polygon(lane, index, polygon, emitter);
+                    }
+                    polygon.is_some()
+                };
+                any |= is_flat[lane];
             }
         }
-        let sends = if any {
-            waiting.sample(out)
+        let contributes = if any {
+            lanes.sample(points, &choices.probabilities, out)
         } else {
             [None; LANES]
         };
-        for (lane, chosen_light) in chosen_lights.iter().enumerate().take(LANES) {
-            let &Some(ChosenLight {
-                light: LightId::Emitter(emitter),
-                probability,
-                from,
-                position,
-            }) = chosen_light
-            else {
+        for (lane, light) in choices.lights.iter().enumerate() {
+            let Some(LightId::Emitter(emitter)) = *light else {
                 continue;
             };
-            let sample = match sends[lane].filter(|_| flat[lane]) {
+            let ((from, position), probability) =
+                (points.get_lane(lane), choices.probabilities[lane]);
+            let sample = match contributes[lane].filter(|_| is_flat[lane]) {
                 Some(true) => {
                     out.target_kinds[lane] = ShadowRayTargetKind::Surface;
                     continue;
                 }
                 Some(false) => None,
                 // Polygons of small solid angle are sampled by area.
-                None if flat[lane] => self.sample_by_area(&EmitterQuery {
+                None if is_flat[lane] => self.sample_by_area(&EmitterQuery {
                     emitter,
                     from,
                     position,

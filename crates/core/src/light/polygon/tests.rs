@@ -52,7 +52,8 @@ fn lanes_have_the_points_of_one() {
         let queries = &queries[..1 + turn % LANES];
         let mut lanes = PolygonLanes::<LANES>::new();
         let put = |(lane, (polygon, from, position)): (usize, &(Polygon, DVec3, [f64; 2]))| {
-            lanes.set_lane(lane, polygon, *from, *position);
+            lanes.set_polygon(lane, polygon);
+            lanes.set_point(lane, *from, *position);
         };
         queries.iter().enumerate().for_each(put);
         let points = run_widest(PolygonBatch(&lanes));

@@ -64,6 +64,15 @@ fn mixed(i: u64) -> (LightBounds, f64) {
     (bounds, 0.1 + number(i + 3_000_000))
 }
 
+/// Samples a light for one point.
+fn sample(tree: &LightTree, receiver: ReceivingPoint, u: f64) -> Option<(LightId, f64)> {
+    let LightChoices {
+        lights: [light],
+        probabilities: [probability],
+    } = tree.sample_lights(&[true], &[u], |_| receiver);
+    light.map(|light| (light, probability))
+}
+
 fn receiver(i: u64) -> ReceivingPoint {
     let normal = if i.is_multiple_of(4) {
         DVec3::ZERO
@@ -99,7 +108,7 @@ fn both_traversals_return_the_same_bits() {
                 number(i + 9_000_000),
                 1.0_f64.next_down(),
             ][(i / 4 % 4) as usize];
-            let [Some((light, probability))] = tree.sample_lights(&[Some((receiver, u))]) else {
+            let Some((light, probability)) = sample(&tree, receiver, u) else {
                 continue;
             };
             let said = tree.probability(places[index(light)], &receiver);
@@ -122,7 +131,7 @@ fn both_traversals_return_the_same_bits() {
     let (nowhere, places) = tree((0..20).map(|_| (round(DVec3::NAN, 0.0), 1.0)));
     assert!(
         nowhere.depth() <= 64
-            && nowhere.sample_lights(&[Some((receiver(0), 0.5))]) == [None]
+            && sample(&nowhere, receiver(0), 0.5).is_none()
             && !places.contains(&LightTree::NONE)
     );
     assert_eq!(
@@ -146,20 +155,25 @@ fn points_together_draw_as_each_alone() {
         let (tree, _) = tree((0..count).map(mixed));
         let (mut found, mut nothing) = (0, 0);
         for i in 0..500 {
-            let points: [Option<(ReceivingPoint, f64)>; N as usize] =
-                core::array::from_fn(|lane| {
-                    let i = N * i + lane as u64;
-                    (!i.is_multiple_of(5)).then(|| (receiver(i), number(i + 9_000_000)))
-                });
-            for (point, together) in points.iter().zip(tree.sample_lights(&points)) {
-                let [alone] = tree.sample_lights(&[*point]);
-                let bits = |drawn: Option<(LightId, f64)>| {
-                    drawn.map(|(light, probability)| (light, probability.to_bits()))
-                };
-                assert_eq!(bits(together), bits(alone), "{count}: {point:?}");
-                assert!(point.is_some() || together.is_none());
-                found += usize::from(together.is_some());
-                nothing += usize::from(point.is_some() && together.is_none());
+            let index = |lane: usize| N * i + lane as u64;
+            let is_used: [bool; N as usize] =
+                core::array::from_fn(|lane| !index(lane).is_multiple_of(5));
+            let u = core::array::from_fn(|lane| number(index(lane) + 9_000_000));
+            let together = tree.sample_lights(&is_used, &u, |lane| receiver(index(lane)));
+            for lane in 0..N as usize {
+                let alone = is_used[lane]
+                    .then(|| sample(&tree, receiver(index(lane)), u[lane]))
+                    .flatten();
+                let light = together.lights[lane];
+                let bits = light.map(|light| (light, together.probabilities[lane].to_bits()));
+                assert_eq!(
+                    bits,
+                    alone.map(|(light, probability)| (light, probability.to_bits())),
+                    "{count}: {}",
+                    index(lane)
+                );
+                found += usize::from(light.is_some());
+                nothing += usize::from(is_used[lane] && light.is_none());
             }
         }
         assert!(count == 0 || found > 1_000, "{count}: {found}");
@@ -237,7 +251,7 @@ fn draws_follow_the_probabilities() {
         for from in [receiver(1), receiver(2), receiver(4)] {
             let mut found = vec![0.0; places.len() + 1];
             for i in 0..DRAWN {
-                let [drawn] = tree.sample_lights(&[Some((from, number(i + 11_000_000)))]);
+                let drawn = sample(&tree, from, number(i + 11_000_000));
                 found[drawn.map_or(places.len(), |(light, _)| index(light))] += 1.0;
             }
             let mut said: Vec<f64> = places

@@ -39,10 +39,10 @@ fn interaction(point: Vec3, normal: Vec3) -> Interaction<f32> {
     }
 }
 
-/// A path at the surface after `traced` segments.
-fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
-    let address = SampleAddress::default();
-    PathState {
+/// A path at the surface after `traced` segments, and the numbers of its vertex.
+fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> (PathState<f32>, VertexSamples) {
+    let (address, light) = (SampleAddress::default(), [0.0; 4]);
+    let path = PathState {
         start: raywright_bvh::TriangleSlot::NONE,
         shadow: 0.0,
         segment: PathSegment::from_ray(Ray::new(Vec3::Y, -Vec3::Y)),
@@ -50,10 +50,6 @@ fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
         radiance: Vec3::ZERO,
         address,
         sample_hash: address.sample_hash(),
-        samples: VertexSamples {
-            scatter,
-            ..VertexSamples::default()
-        },
         segments_traced: traced,
         matched_segments: 0,
         passages: 0,
@@ -66,7 +62,8 @@ fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
             density: f64::INFINITY,
         },
         wavelength: None,
-    }
+    };
+    (path, VertexSamples { scatter, light })
 }
 
 fn matte(base: Vec3) -> MetallicRoughness<f32> {
@@ -111,14 +108,14 @@ impl Vertices {
 
     fn push(
         &mut self,
-        (path, interaction): (&PathState<f32>, &Interaction<f32>),
+        ((path, samples), interaction): (&(PathState<f32>, VertexSamples), &Interaction<f32>),
         (model, gain): (&MetallicRoughness<f32>, f32),
         light: Option<(&LightSample<f32>, MisStrategy)>,
     ) {
         let index = self.vertices.len as u32;
         let lane = self.vertices.push_vertex(
             index,
-            (path, interaction),
+            (path, interaction, samples),
             (interaction.normal, LitSides::One, gain),
             RouletteStart::Late,
         );

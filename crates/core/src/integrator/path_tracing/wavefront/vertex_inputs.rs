@@ -83,14 +83,20 @@ impl<R: Real> PathTracer<'_, R> {
         if !self.scene.lights.light_sampler().is_empty() {
             sample_4d_batch(sequences(SamplePurpose::Light), draws);
         }
-        let (scatter, light) = draws.split_at(active.len());
-        for (k, (&index, &[u, v, u_roulette, lobe])) in active.iter().zip(scatter).enumerate() {
-            // Directions matter most: they get the first two dimensions of a point, which are the
-            // best stratified.
-            paths[index as usize].samples = VertexSamples {
-                scatter: [lobe, u, v, u_roulette],
-                light: light.get(k).copied().unwrap_or_default(),
-            };
+    }
+}
+
+impl VertexSamples {
+    /// Returns the numbers of a vertex, given the index of its path among `active` paths and the
+    /// numbers of [`PathTracer::draw_vertex_samples`].
+    #[inline(always)]
+    pub(super) fn from_draws(draws: &[[f32; 4]], active: usize, index: usize) -> Self {
+        // Directions matter most: they get the first two dimensions of a point, which are the best
+        // stratified.
+        let [u, v, u_roulette, lobe] = draws[index];
+        Self {
+            scatter: [lobe, u, v, u_roulette],
+            light: draws.get(active + index).copied().unwrap_or_default(),
         }
     }
 }
