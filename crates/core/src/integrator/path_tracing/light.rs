@@ -98,8 +98,118 @@ impl<R: Real> PathTracer<'_, R> {
 
 #[cfg(test)]
 mod tests {
-    use super::power_heuristic;
+    use glam::Vec3;
+    use raywright_bvh::Surface;
     use raywright_bvh::stability::verdicts::CaseRng;
+    use serde_json::json;
+
+    use super::super::super::LightTransport;
+    use super::*;
+    use crate::effects::EffectSet;
+    use crate::light::{LightSample, get_lane_vector};
+    use crate::prepare::PreparedScene;
+    use crate::settings::Settings;
+
+    /// A scene of three quads and a sphere that emit, a point light and a sky.
+    fn scene_of_all_lights() -> PreparedScene<f32> {
+        let quad = |x: f64| {
+            json!({ "material": "lamp", "shape": { "quad": { "corner": [x, 3, 0],
+                "edge_u": [0.5, 0, 0], "edge_v": [0, 0, 0.5 + 0.1 * x] } } })
+        };
+        let scene = serde_json::from_value(json!({
+            "format": 1,
+            "sky": { "gradient": { "bottom": [0.2, 0.3, 0.5], "top": [0.6, 0.7, 0.9] } },
+            "lights": [{ "kind": { "point": { "position": [2, 3, 2] } }, "colour": [6, 6, 6] }],
+            "materials": [{ "name": "lamp", "model": { "physical": { "emission": [5, 4, 3] } } }],
+            "objects": [quad(-2.0), quad(0.0), quad(2.0), { "material": "lamp",
+                "shape": { "sphere": { "centre": [0, 4, 0], "radius": 0.3 } } }],
+        }))
+        .expect("a scene");
+        let settings = Settings {
+            integrator: crate::scene::Integrator::Path,
+            ..Settings::from_scene(&scene)
+        };
+        PreparedScene::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
+    }
+
+    /// Vertices at random points, of one to eight lanes, of which some receive light on both sides
+    /// and some on neither.
+    fn random_vertices(rng: &mut CaseRng, len: usize) -> VertexLanes<f32> {
+        let mut number = |least: f64, most: f64| rng.next_uniform(least, most) as f32;
+        let mut vertices = VertexLanes::new();
+        vertices.len = len;
+        for lane in 0..len {
+            let mut vector = || Vec3::new(number(-1.0, 1.0), number(-1.0, 1.0), number(-1.0, 1.0));
+            let (point, normal) = (vector() * 2.0, vector().normalize());
+            let surface = Surface {
+                point,
+                above: point,
+                below: point,
+                error: 1e-6,
+                normal,
+            };
+            vertices.surface.set_lane(lane, &surface);
+            set_lane_vector::<f32>(&mut vertices.normal, lane, normal);
+            vertices.sides[lane] =
+                [LitSides::One, LitSides::Both, LitSides::None][number(0.0, 2.2) as usize];
+            for column in &mut vertices.light_numbers {
+                column[lane] = number(0.0, 1.0);
+            }
+        }
+        vertices
+    }
+
+    /// Protects: the lights of many vertices are those of each vertex by itself: the choice, the
+    /// sampled direction, radiance, density and point. The lamp in a lane changes from batch to
+    /// batch.
+    #[test]
+    fn lights_of_batches_are_those_of_each_vertex() {
+        let prepared = scene_of_all_lights();
+        let (tracer, lights) = (PathTracer::new(&prepared, 4, false, &()), &prepared.lights);
+        let rng = &mut CaseRng::new(7, 0);
+        let mut batches: Vec<_> = (0..200)
+            .map(|batch| random_vertices(rng, 1 + batch % LANES))
+            .collect();
+        let mut sampled = SampledLights::default();
+        tracer.sample_lights(&mut batches, &mut sampled);
+        let (mut found, mut dark) = (std::collections::BTreeMap::new(), 0);
+        for (vertices, (choices, samples)) in batches.iter().zip(sampled.batches()) {
+            for lane in 0..vertices.len {
+                let (from, position) = vertices.receiving_points().get_lane(lane);
+                let normal = match vertices.sides[lane] {
+                    LitSides::None => {
+                        assert_eq!(choices.lights[lane], None);
+                        dark += 1;
+                        continue;
+                    }
+                    LitSides::One => get_lane_vector::<f32>(&vertices.normal, lane),
+                    LitSides::Both => Vec3::ZERO,
+                };
+                let [coarse, fine, ..] = vertices.light_numbers.map(|column| column[lane]);
+                let alone = lights
+                    .light_sampler()
+                    .sample::<f32>(from, normal, [coarse, fine]);
+                assert_eq!(choices.lights[lane], alone.map(|(light, _)| light));
+                let Some((light, probability)) = alone else {
+                    continue;
+                };
+                assert_eq!(choices.probabilities[lane], probability);
+                let seen = samples.target_kinds[lane] != ShadowRayTargetKind::Nothing;
+                let alone = lights.sample(light, from, position, probability);
+                let text = |sample: &LightSample<f32>| format!("{sample:?}");
+                assert_eq!(
+                    seen.then(|| text(&samples.get_lane(lane))),
+                    alone.as_ref().map(text)
+                );
+                *found.entry(format!("{light:?}")).or_insert(0) += u32::from(seen);
+            }
+        }
+        assert!(dark > 20, "{dark}");
+        assert!(
+            found.len() == 6 && found.values().all(|&count| count > 20),
+            "{found:?}"
+        );
+    }
 
     /// Protects: the weights of two techniques are numbers from 0 to 1 that sum to one for any
     /// densities, zero, infinite or with squares beyond `f64`; and they follow the definition where

@@ -312,6 +312,22 @@ fn first_hits_veils_and_limits() {
     assert!(limited > 10, "{limited}");
 }
 
+/// Protects: a vertex gets its own numbers, the best stratified ones for the direction, and zeros
+/// for the light of a scene without lights.
+#[test]
+fn vertices_get_their_own_numbers() {
+    let draws: Vec<[f32; 4]> = (0..4)
+        .map(|i| core::array::from_fn(|k| 4.0 * i as f32 + k as f32))
+        .collect();
+    let numbers = |draws: &[[f32; 4]]| {
+        let VertexSamples { light, scatter } = VertexSamples::from_draws(draws, 2, 1);
+        (light, scatter)
+    };
+    let scatter = [7.0, 4.0, 5.0, 6.0];
+    assert_eq!(numbers(&draws), ([12.0, 13.0, 14.0, 15.0], scatter));
+    assert_eq!(numbers(&draws[..2]), ([0.0; 4], scatter));
+}
+
 /// Protects: prefetched texels are the ones read, also if two maps of a material have different
 /// transforms.
 #[test]
