@@ -127,8 +127,26 @@ impl SampleAddress {
 /// Sequence of points for the samples of one replicate at one vertex and for one purpose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SampleSequence {
-    scramble: u32,
+    key: SequenceKey,
     sampler: SamplerKind,
+}
+
+/// Key of a sequence, from which its scramble is computed: together for many sequences, since the
+/// hashes take as long as the points.
+#[derive(Clone, Copy, Debug, Default)]
+struct SequenceKey {
+    /// Sample hash, vertex and purpose.
+    vertex: u64,
+    /// Hash that identifies the side branch of a path.
+    branch: u64,
+}
+
+impl SequenceKey {
+    /// Returns the scramble that identifies the sequence.
+    #[inline(always)]
+    fn scramble(self) -> u32 {
+        splitmix64(splitmix64(self.vertex) ^ self.branch) as u32
+    }
 }
 
 impl SampleSequence {
@@ -151,7 +169,10 @@ impl SampleSequence {
             | u64::from(address.index / SEQUENCE) << 32
             | (purpose as u64) << 56;
         Self {
-            scramble: splitmix64(splitmix64(hash ^ vertex) ^ address.branch) as u32,
+            key: SequenceKey {
+                vertex: hash ^ vertex,
+                branch: address.branch,
+            },
             sampler: address.sampler,
         }
     }
@@ -160,9 +181,9 @@ impl SampleSequence {
     /// one: the point `index` of the sequence.
     #[inline]
     fn sample_4d(self, index: u32) -> [f32; 4] {
-        let (index, scramble) = (index % SEQUENCE, self.scramble);
+        let (index, scramble) = (index % SEQUENCE, self.key.scramble());
         match self.sampler {
-            SamplerKind::Sobol => sobol::eval_point(sobol::SobolIndex { index, scramble }),
+            SamplerKind::Sobol => sobol::eval_point(index, scramble),
             SamplerKind::Stratified => grid::stratified_point(index, scramble),
             SamplerKind::Independent => grid::independent_point(index, scramble),
         }
@@ -178,10 +199,7 @@ pub(crate) fn sample_4d_batch(
     match requested.clone().next() {
         Some((first, _)) if first.sampler == SamplerKind::Sobol => {
             sobol::eval_points(
-                requested.map(|(sequence, index)| sobol::SobolIndex {
-                    index: index % SEQUENCE,
-                    scramble: sequence.scramble,
-                }),
+                requested.map(|(sequence, index)| (sequence.key, index % SEQUENCE)),
                 out,
             );
         }
@@ -338,7 +356,8 @@ mod tests {
                 },
                 SamplePurpose::Pixel,
             )
-            .scramble
+            .key
+            .scramble()
         };
         assert_eq!(
             pixels.iter().map(scramble).collect::<BTreeSet<_>>().len(),

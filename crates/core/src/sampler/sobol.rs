@@ -10,6 +10,8 @@ use std::sync::LazyLock;
 use raywright_bvh::{SimdTask, run_widest};
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 
+use super::SequenceKey;
+
 /// Number of index bits that are looked up together.
 const BITS: u32 = 4;
 
@@ -28,19 +30,12 @@ static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
     })
 });
 
-/// A point of a sequence: its index, below 2¹⁶, and the scramble that identifies the sequence.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct SobolIndex {
-    pub index: u32,
-    pub scramble: u32,
-}
-
-/// Returns the four numbers in [0, 1) of a point.
+/// Returns the four numbers in [0, 1) of a point, given its index, below 2¹⁶, and the scramble that
+/// identifies its sequence.
 #[inline]
-pub(super) fn eval_point(sobol_point: SobolIndex) -> [f32; 4] {
-    let points = [sobol_point];
-    let sums = shuffle_indices(&points).map(sum_directions);
-    let [point] = scramble_sums(&points, &sums);
+pub(super) fn eval_point(index: u32, scramble: u32) -> [f32; 4] {
+    let sums = shuffle_indices(&[index], &[scramble]).map(sum_directions);
+    let [point] = scramble_sums(&[scramble], &sums);
     point
 }
 
@@ -48,37 +43,53 @@ pub(super) fn eval_point(sobol_point: SobolIndex) -> [f32; 4] {
 /// that the products of one are computed while those of the other are waited for.
 const LANES: usize = 32;
 
-/// Appends the four numbers of many points in order, as [`eval_point`] computes them.
-pub(super) fn eval_points(which: impl Iterator<Item = SobolIndex>, out: &mut Vec<[f32; 4]>) {
+/// Appends the four numbers of many points in order, as [`eval_point`] computes them. A point is
+/// given by the key of its sequence and its index.
+pub(super) fn eval_points(
+    which: impl Iterator<Item = (SequenceKey, u32)>,
+    out: &mut Vec<[f32; 4]>,
+) {
     let mut which = which.fuse();
+    let (mut keys, mut indices) = ([SequenceKey::default(); LANES], [0; LANES]);
     loop {
-        let mut requested = [SobolIndex::default(); LANES];
         let mut count = 0;
-        for (slot, sobol_point) in requested.iter_mut().zip(&mut which) {
-            *slot = sobol_point;
+        for ((key, index), point) in keys.iter_mut().zip(&mut indices).zip(&mut which) {
+            (*key, *index) = point;
             count += 1;
         }
         // The table is read outside the tasks: inside, the compiler would read it by gather
         // instructions, which take longer than all the rest.
-        let sums = run_widest(ShuffleTask(&requested)).map(sum_directions);
-        out.extend_from_slice(&run_widest(ScrambleTask(&requested, &sums))[..count]);
+        let (scrambles, shuffled) = run_widest(ShuffleTask {
+            keys: &keys,
+            indices: &indices,
+        });
+        let sums = shuffled.map(sum_directions);
+        out.extend_from_slice(&run_widest(ScrambleTask(&scrambles, &sums))[..count]);
         if count < LANES {
             return;
         }
     }
 }
 
-struct ShuffleTask<'a>(&'a [SobolIndex; LANES]);
+/// Task of [`run_widest`]: the scrambles of points, and their shuffled indices.
+struct ShuffleTask<'a> {
+    keys: &'a [SequenceKey; LANES],
+    indices: &'a [u32; LANES],
+}
 
 impl SimdTask for ShuffleTask<'_> {
-    type Output = [u32; LANES];
+    type Output = ([u32; LANES], [u32; LANES]);
     #[inline(always)]
     fn run(self) -> Self::Output {
-        shuffle_indices(self.0)
+        let mut scrambles = [0; LANES];
+        for (scramble, key) in scrambles.iter_mut().zip(self.keys) {
+            *scramble = key.scramble();
+        }
+        (scrambles, shuffle_indices(self.indices, &scrambles))
     }
 }
 
-struct ScrambleTask<'a>(&'a [SobolIndex; LANES], &'a [[u32; 4]; LANES]);
+struct ScrambleTask<'a>(&'a [u32; LANES], &'a [[u32; 4]; LANES]);
 
 impl SimdTask for ScrambleTask<'_> {
     type Output = [[f32; 4]; LANES];
@@ -90,13 +101,10 @@ impl SimdTask for ScrambleTask<'_> {
 
 /// Returns the indices of points, bit-reversed, after the scramble has permuted their order.
 #[inline(always)]
-fn shuffle_indices<const N: usize>(points: &[SobolIndex; N]) -> [u32; N] {
+fn shuffle_indices<const N: usize>(indices: &[u32; N], scrambles: &[u32; N]) -> [u32; N] {
     let mut shuffled = [0; N];
-    for (shuffled, point) in shuffled.iter_mut().zip(points) {
-        *shuffled = owen_scramble_rev(
-            point.index.reverse_bits(),
-            hash(point.scramble ^ 0x79c6_8e4a),
-        );
+    for (shuffled, (index, scramble)) in shuffled.iter_mut().zip(indices.iter().zip(scrambles)) {
+        *shuffled = owen_scramble_rev(index.reverse_bits(), hash(scramble ^ 0x79c6_8e4a));
     }
     shuffled
 }
@@ -110,21 +118,21 @@ fn sum_directions(shuffled: u32) -> [u32; 4] {
     core::array::from_fn(|i| a[i] ^ b[i] ^ c[i] ^ d[i])
 }
 
-/// Returns the numbers of points in [0, 1), given the sums of their direction vectors. Each
-/// dimension has a scramble of its own.
+/// Returns the numbers of points in [0, 1), given the scrambles of their sequences and the sums of
+/// their direction vectors. Each dimension has a scramble of its own.
 #[inline(always)]
-fn scramble_sums<const N: usize>(points: &[SobolIndex; N], sums: &[[u32; 4]; N]) -> [[f32; 4]; N] {
+fn scramble_sums<const N: usize>(scrambles: &[u32; N], sums: &[[u32; 4]; N]) -> [[f32; 4]; N] {
     const OWN: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
-    let mut scrambles = [[0; 4]; N];
-    for (scrambles, point) in scrambles.iter_mut().zip(points) {
-        let own = point.scramble.wrapping_mul(0x9c8f_2d3b);
-        for (scramble, dimension) in scrambles.iter_mut().zip(OWN) {
+    let mut of_dimensions = [[0; 4]; N];
+    for (of_dimensions, scramble) in of_dimensions.iter_mut().zip(scrambles) {
+        let own = scramble.wrapping_mul(0x9c8f_2d3b);
+        for (scramble, dimension) in of_dimensions.iter_mut().zip(OWN) {
             *scramble = own ^ dimension;
         }
     }
     let mut out = [[0.0; 4]; N];
     // As one list of numbers: the compiler fills whole registers.
-    let numbers = sums.as_flattened().iter().zip(scrambles.as_flattened());
+    let numbers = sums.as_flattened().iter().zip(of_dimensions.as_flattened());
     for (number, (&sum, &scramble)) in out.as_flattened_mut().iter_mut().zip(numbers) {
         *number = u32_to_f32_norm(owen_scramble_rev(sum, hash(scramble)).reverse_bits());
     }
@@ -142,7 +150,7 @@ mod tests {
         for index in 0..1_u32 << 16 {
             let scramble = index.wrapping_mul(0x9e37_79b9).rotate_left(index % 32);
             let [found, expected] = [
-                eval_point(SobolIndex { index, scramble }),
+                eval_point(index, scramble),
                 sobol_burley::sample_4d(index, 0, scramble),
             ];
             assert_eq!(
@@ -153,11 +161,7 @@ mod tests {
         }
         for scramble in [0, 1, u32::MAX, 0x79c6_8e4a] {
             assert_eq!(
-                eval_point(SobolIndex {
-                    index: 0xffff,
-                    scramble
-                })
-                .map(f32::to_bits),
+                eval_point(0xffff, scramble).map(f32::to_bits),
                 sobol_burley::sample_4d(0xffff, 0, scramble).map(f32::to_bits)
             );
         }
@@ -167,14 +171,18 @@ mod tests {
     #[test]
     fn points_side_by_side_are_those_alone() {
         for count in [0, 1, 31, 32, 33, 65, 1000] {
-            let which = |i: u32| SobolIndex {
-                index: i.wrapping_mul(7919) % (1 << 16),
-                scramble: i.wrapping_mul(0x9e37_79b9),
+            let which = |i: u32| {
+                let key = SequenceKey {
+                    vertex: u64::from(i) << 40 | u64::from(i),
+                    branch: u64::from(i % 3) << 33,
+                };
+                (key, i.wrapping_mul(7919) % (1 << 16))
             };
             let mut out = vec![[0.5; 4]];
             eval_points((0..count).map(which), &mut out);
             let alone: Vec<_> = (0..count)
-                .map(|i| eval_point(which(i)).map(f32::to_bits))
+                .map(which)
+                .map(|(key, index)| eval_point(index, key.scramble()).map(f32::to_bits))
                 .collect();
             assert_eq!(
                 out[1..]
