@@ -273,9 +273,8 @@ impl<R: Real> PathTracer<'_, R> {
         let (index, mut rest) = (vertex.vertices.hit_indices[vertex.lane], Vector::ZERO);
         let (path, interaction) = vertex.slice.path_and_interaction(index);
         // A coat may mirror about its own normal, so its directions stay as sampled.
-        if let Some(glass) = glass.filter(|_| bsdf_sample.delta && (through || !L::COATED))
-            && let Some(hit) = &vertex.slice.hits[index as usize]
-        {
+        if let Some(glass) = glass.filter(|_| bsdf_sample.delta && (through || !L::COATED)) {
+            let hit = &vertex.slice.hits[index as usize];
             // The exact direction, with the digits that storing it loses.
             let interface = self
                 .scene

@@ -46,8 +46,7 @@ impl<R: Real> PathTracer<'_, R> {
                     get_lane_vector::<R>(&shaded.shadow.directions, lane),
                 )
                 .with_time(interaction.time);
-                let ends =
-                    self.shadow_ray_ends(slice.hits[index].as_ref(), light, (&shaded.shadow, lane));
+                let ends = self.shadow_ray_ends(&slice.hits[index], light, (&shaded.shadow, lane));
                 self.shadow_transmittance(
                     (&ray, &ends),
                     Interval {
@@ -83,7 +82,7 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline(always)]
     fn shadow_ray_ends(
         &self,
-        hit: Option<&Hit<R>>,
+        hit: &Hit<R>,
         light: LightId,
         (shadow, lane): (&ShadowRayLanes<R>, usize),
     ) -> RayEndTriangles {
@@ -91,7 +90,7 @@ impl<R: Real> PathTracer<'_, R> {
         if !self.has_triangle_ends {
             return ends;
         }
-        if let Some(hit) = hit.filter(|_| shadow.leaves[lane]) {
+        if shadow.leaves[lane] {
             ends.start = hit.triangle_slot();
         }
         if let LightId::Emitter(i) = light

@@ -17,7 +17,7 @@ pub(super) struct WavefrontSlice<'a, R: Real> {
     pub active: &'a [u32],
     /// Interactions of the active paths, in the order of `active`. `hits` has the same order.
     pub interactions: &'a mut [Interaction<R>],
-    pub hits: &'a [Option<Hit<R>>],
+    pub hits: &'a [Hit<R>],
 }
 
 impl<R: Real> WavefrontSlice<'_, R> {

@@ -23,10 +23,12 @@ use crate::light::{LANES, LaneColumn, LightSampleLanes, SkySample};
 #[derive(Default)]
 pub(super) struct Wavefront<R: Real> {
     paths: Vec<PathState<R>>,
-    /// Indices of the active paths.
+    /// Indices of the active paths: those whose ray hit a surface.
     active: Vec<u32>,
     /// Hits of the active paths, in their order.
-    hits: Vec<Option<Hit<R>>>,
+    hits: Vec<Hit<R>>,
+    /// Indices of the paths whose latest ray hit nothing.
+    escaped: Vec<u32>,
     /// Sky samples of the escaped paths.
     sky_samples: Vec<SkySample<R>>,
     /// Interactions of the paths with a hit, followed by unused entries.
@@ -53,13 +55,15 @@ impl<R: Real> PathTracer<'_, R> {
             results.first_hits.resize(rays.rays.len(), None);
             results.direct.resize(rays.rays.len(), Vector::ZERO);
         }
-        while !wave.active.is_empty() {
+        loop {
             self.end_escaped_paths(wave, &mut results.direct);
+            if wave.active.is_empty() {
+                break;
+            }
             self.compute_interactions(wave);
             self.draw_vertex_samples(wave);
             self.evaluate_materials(wave, results);
             self.shade_vertices(wave);
-            remove_ended_paths(wave);
             self.intersect_rays(wave);
         }
         self.collect_results(wave, results);
@@ -76,6 +80,7 @@ impl<R: Real> PathTracer<'_, R> {
             paths,
             active,
             hits,
+            escaped,
             first_hits,
             ..
         } = wave;
@@ -87,35 +92,56 @@ impl<R: Real> PathTracer<'_, R> {
                 .map(|(&ray, &address)| self.start_path(ray, address)),
         );
         active.clear();
-        active.extend(0..rays.len() as u32);
         hits.clear();
-        for (rays, paths) in rays.chunks(PACKET).zip(paths.chunks(PACKET)) {
+        escaped.clear();
+        for (packet, (rays, paths)) in rays.chunks(PACKET).zip(paths.chunks(PACKET)).enumerate() {
             first_hits.intersect_packet(self.scene, rays);
-            hits.extend(paths.iter().enumerate().map(|(i, path)| {
-                first_hits
+            for (i, path) in paths.iter().enumerate() {
+                let hit = first_hits
                     .get_ray_hit(i)
                     .copied()
-                    .unwrap_or_else(|| self.intersect_path_ray(path))
-            }));
+                    .unwrap_or_else(|| self.intersect_path_ray(path));
+                let index = (PACKET * packet + i) as u32;
+                match hit {
+                    Some(hit) => {
+                        active.push(index);
+                        hits.push(hit);
+                    }
+                    None => escaped.push(index),
+                }
+            }
         }
     }
 
-    /// Traces the rays of the active paths.
+    /// Traces the rays of the active paths that survive. Those that hit a surface stay active.
     fn intersect_rays(
         &self,
         Wavefront {
             paths,
             active,
             hits,
+            escaped,
+            survives,
             ..
         }: &mut Wavefront<R>,
     ) {
         hits.clear();
-        hits.extend(
-            active
-                .iter()
-                .map(|&index| self.intersect_path_ray(&paths[index as usize])),
-        );
+        let mut survives = survives.iter();
+        active.retain(|&index| {
+            if survives.next() != Some(&true) {
+                return false;
+            }
+            match self.intersect_path_ray(&paths[index as usize]) {
+                Some(hit) => {
+                    hits.push(hit);
+                    true
+                }
+                None => {
+                    escaped.push(index);
+                    false
+                }
+            }
+        });
     }
 
     /// Returns the closest hit of a path's ray.
@@ -151,10 +177,13 @@ impl<R: Real> PathTracer<'_, R> {
         } = wave;
         vertices.clear();
         survives.clear();
-        for (k, (&index, interaction)) in active.iter().zip(&mut *interactions).enumerate() {
-            let (path, Some(hit)) = (&mut paths[index as usize], &hits[k]) else {
-                continue;
-            };
+        for (k, ((&index, hit), interaction)) in active
+            .iter()
+            .zip(&*hits)
+            .zip(&mut *interactions)
+            .enumerate()
+        {
+            let path = &mut paths[index as usize];
             if self.has_triangle_ends {
                 path.start = hit.triangle_slot();
             }
@@ -297,16 +326,6 @@ impl<R: Real> PathTracer<'_, R> {
             }
         }
     }
-}
-
-/// Removes the ended paths from the active paths.
-fn remove_ended_paths<R: Real>(
-    Wavefront {
-        active, survives, ..
-    }: &mut Wavefront<R>,
-) {
-    let mut continues = survives.iter();
-    active.retain(|_| continues.next() == Some(&true));
 }
 
 #[cfg(test)]

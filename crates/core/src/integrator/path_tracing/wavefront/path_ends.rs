@@ -14,39 +14,34 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         Wavefront {
             paths,
-            active,
-            hits,
+            escaped,
             sky_samples,
             ..
         }: &mut Wavefront<R>,
         directs: &mut [R::Vec3],
     ) {
-        let escaped = || {
-            active
-                .iter()
-                .zip(&*hits)
-                .filter(|(_, hit)| hit.is_none())
-                .map(|(&index, _)| index as usize)
-        };
         let backdrop = self.scene.backdrop;
         let backdrop_of = |path: &PathState<R>| backdrop.filter(|_| path.segments_traced == 0);
         sky_samples.clear();
-        let under_sky = escaped()
-            .map(|index| &paths[index])
+        let path = |&index: &u32| &paths[index as usize];
+        let under_sky = escaped
+            .iter()
+            .map(path)
             .filter(|path| backdrop_of(path).is_none());
         self.scene.lights.sky.eval_rays(
             under_sky.map(|path| (path.segment.start_point(), path.segment.ray.direction)),
             sky_samples,
         );
-        let before_backdrop = escaped()
-            .map(|index| &paths[index])
+        let before_backdrop = escaped
+            .iter()
+            .map(path)
             .filter(|path| backdrop_of(path).is_some());
         let (mut seen, mut on_ground) = (
             sky_samples.iter(),
             self.trace_ground_visibility(before_backdrop).into_iter(),
         );
-        for index in escaped() {
-            let path = &mut paths[index];
+        for index in escaped.drain(..) {
+            let path = &mut paths[index as usize];
             let radiance = match backdrop_of(path) {
                 Some(backdrop) => {
                     let light = on_ground.next().unwrap_or(R::ONE);
@@ -60,14 +55,11 @@ impl<R: Real> PathTracer<'_, R> {
             let arriving = path.throughput * radiance;
             path.radiance += arriving;
             if path.segments_traced == 0
-                && let Some(direct) = directs.get_mut(index)
+                && let Some(direct) = directs.get_mut(index as usize)
             {
                 *direct += arriving;
             }
         }
-        let mut hit = hits.iter();
-        active.retain(|_| hit.next().is_some_and(Option::is_some));
-        hits.retain(Option::is_some);
     }
 
     /// Returns the results of the paths. Clamps their radiance and adds the scene's veil, a

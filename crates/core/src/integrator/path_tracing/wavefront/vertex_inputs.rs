@@ -24,12 +24,11 @@ impl<R: Real> PathTracer<'_, R> {
         if interactions.len() < active.len() {
             interactions.resize(active.len(), Interaction::PLACEHOLDER);
         }
-        let hits = hits.iter().flatten();
         let rays = active
             .iter()
             .map(|&index| &paths[index as usize].segment.ray);
         let has_meshes = !self.scene.meshes.is_empty();
-        let with_indices = hits.clone().inspect(|hit| {
+        let with_indices = hits.iter().inspect(|hit| {
             if has_meshes {
                 self.scene.prefetch_vertex_indices(hit);
             }
@@ -40,11 +39,11 @@ impl<R: Real> PathTracer<'_, R> {
                 interactions[k].surface = surface
             });
         if has_meshes {
-            hits.clone()
+            hits.iter()
                 .for_each(|hit| self.scene.prefetch_vertex_attributes(hit));
         }
         let mut normals = ShadingNormalLanes::new();
-        for (k, (&index, hit)) in active.iter().zip(hits).enumerate() {
+        for (k, (&index, hit)) in active.iter().zip(&*hits).enumerate() {
             let (segment, interaction) = (&paths[index as usize].segment, &mut interactions[k]);
             interaction.fill_geometry_from_surface(self.scene, &segment.ray, hit);
             interaction.fill_texture_coordinates(self.scene, segment, hit);
