@@ -134,28 +134,26 @@ impl LightSampler {
         mut u: [f64; N],
         receiver: impl Fn(usize) -> ReceivingPoint,
     ) -> LightChoices<N> {
-        let mut far = LightChoices::NONE;
         if self.far_share == 0.0 {
             return self.tree.sample_lights(&is_used, &u, receiver);
         }
+        let mut choices = LightChoices::NONE;
         let near_share = 1.0 - self.far_share;
-        for i in 0..N {
-            if is_used[i] && u[i] < self.far_share {
-                let (index, probability, _) = sample_index(&self.far_shares, u[i] / self.far_share);
-                far.lights[i] = Some(self.far[index]);
-                far.probabilities[i] = probability * self.far_share;
-                is_used[i] = false;
+        for (i, (is_used, u)) in is_used.iter_mut().zip(&mut u).enumerate() {
+            if *is_used && *u < self.far_share {
+                let (index, probability, _) = sample_index(&self.far_shares, *u / self.far_share);
+                choices.lights[i] = Some(self.far[index]);
+                choices.probabilities[i] = probability * self.far_share;
+                *is_used = false;
             }
-            u[i] = (u[i] - self.far_share) / near_share;
+            *u = (*u - self.far_share) / near_share;
         }
         let near = self.tree.sample_lights(&is_used, &u, receiver);
-        for i in 0..N {
-            if is_used[i] {
-                far.lights[i] = near.lights[i];
-                far.probabilities[i] = near.probabilities[i] * near_share;
-            }
+        for (i, _) in is_used.iter().enumerate().filter(|&(_, is_used)| *is_used) {
+            choices.lights[i] = near.lights[i];
+            choices.probabilities[i] = near.probabilities[i] * near_share;
         }
-        far
+        choices
     }
 
     /// Returns the probability with which [`LightSampler::sample`] chooses `light` for a point.

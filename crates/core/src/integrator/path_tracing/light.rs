@@ -48,8 +48,8 @@ impl<R: Real> PathTracer<'_, R> {
         let sampler = self.scene.lights.light_sampler();
         choices.extend(batches.iter().map(|vertices| {
             let (mut normal, mut is_used) = (vertices.normal, [false; LANES]);
-            for lane in 0..vertices.len {
-                is_used[lane] = vertices.sides[lane] != LitSides::None;
+            for (lane, is_used) in is_used.iter_mut().enumerate().take(vertices.len) {
+                *is_used = vertices.sides[lane] != LitSides::None;
                 if vertices.sides[lane] == LitSides::Both {
                     set_lane_vector::<R>(&mut normal, lane, Vector::ZERO);
                 }

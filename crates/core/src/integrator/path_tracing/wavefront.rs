@@ -304,7 +304,7 @@ impl<R: Real> PathTracer<'_, R> {
                 &bsdf_lanes,
                 self.scene.rules.shadow_max_distance,
             );
-            for lane in 0..vertices.len {
+            for (lane, scattered_ray) in scattered_rays.iter().enumerate().take(vertices.len) {
                 let index = vertices.hit_indices[lane] as usize;
                 if let Some(light) = choices.lights[lane].filter(|_| shaded.lit.is_lit[lane]) {
                     self.add_direct_light(slice, (vertices, lane), (light, lights), &shaded);
@@ -314,7 +314,7 @@ impl<R: Real> PathTracer<'_, R> {
                         slice,
                         (vertices, lane),
                         (&bsdf_lanes, &shaded.next),
-                        &scattered_rays[lane],
+                        scattered_ray,
                     );
                 } else {
                     if shaded.next.overflows[lane] {
