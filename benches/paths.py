@@ -212,7 +212,7 @@ def cpu(who=resource.RUSAGE_SELF):
 def read_exr(path):
     import OpenEXR
     with OpenEXR.File(path) as f:
-        c = f.channels(); k = next((x for x in ('RGBA', 'RGB') if x in c), None)
+        c = f.channels(); k = next((x for x in ('denoised', 'RGBA', 'RGB') if x in c), None)
         return (c[k].pixels[..., :3] if k else np.stack([c[x].pixels for x in 'RGB'], -1)).astype(float)
 
 class Ours:
