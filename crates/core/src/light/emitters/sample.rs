@@ -92,9 +92,11 @@ impl<R: Real> Emitters<R> {
             if let Some(LightId::Emitter(index)) = *light {
                 is_flat[lane] = lanes.has_polygon(lane, index) || {
                     let emitter = &self.list.emitters[index as usize];
-                    let polygon = emitter
-                        .light_polygon()
-                        .filter(|_| self.is_sampled_by_solid_angle(emitter));
+                    let polygon = if self.is_sampled_by_solid_angle(emitter) {
+                        emitter.light_polygon()
+                    } else {
+                        None
+                    };
                     if let Some(polygon) = &polygon {
                         lanes.set_polygon(lane, index, polygon, emitter);
                     }

@@ -246,6 +246,18 @@ fn rays<R: Real>(prepared: &PreparedScene<R>) -> Vec<Ray<R>> {
         .collect()
 }
 
+/// Interactions at the first hits of the rays through the middles of all pixels.
+fn interactions(prepared: &PreparedScene<f32>) -> impl Iterator<Item = Interaction<f32>> {
+    rays(prepared).into_iter().filter_map(|ray| {
+        let segment = super::super::super::PathSegment::from_ray(ray);
+        let range = raywright_bvh::Interval::positive();
+        let hit = prepared.geometry.closest(&ray, range, &mut ())?;
+        Some(Interaction::from_hit_without_normal_map(
+            prepared, &segment, &hit,
+        ))
+    })
+}
+
 fn prepared(scene: &Scene) -> PreparedScene<f32> {
     let settings = Settings {
         size: SIZE,
@@ -340,16 +352,7 @@ fn prefetching_changes_no_texel() {
     normals.uv_transform = Some([[0.5, 0.0, 0.3], [0.0, 2.0, 0.1]]);
     let prepared = prepared(&scene);
     let mut leaves = 0;
-    for ray in rays(&prepared) {
-        let segment = super::super::super::PathSegment::from_ray(ray);
-        let Some(hit) =
-            prepared
-                .geometry
-                .closest(&ray, raywright_bvh::Interval::positive(), &mut ())
-        else {
-            continue;
-        };
-        let interaction = Interaction::from_hit_without_normal_map(&prepared, &segment, &hit);
+    for interaction in interactions(&prepared) {
         let PreparedMaterial::Physical(m) = &prepared.materials[interaction.material as usize]
         else {
             continue;
@@ -387,16 +390,7 @@ fn uniform_models_are_those_of_the_inputs() {
     .expect("a material");
     let prepared = prepared(&scene);
     let (mut uniform, mut varying) = (0, 0);
-    for ray in rays(&prepared) {
-        let segment = super::super::super::PathSegment::from_ray(ray);
-        let Some(hit) =
-            prepared
-                .geometry
-                .closest(&ray, raywright_bvh::Interval::positive(), &mut ())
-        else {
-            continue;
-        };
-        let interaction = Interaction::from_hit_without_normal_map(&prepared, &segment, &hit);
+    for interaction in interactions(&prepared) {
         let PreparedMaterial::Physical(m) = &prepared.materials[interaction.material as usize]
         else {
             continue;
