@@ -23,7 +23,7 @@ pub use rungs::{
 /// Two replicates are the fewest that give an estimate, and their 95 % intervals are correct from
 /// eight samples on. With a single degree of freedom, these intervals are wide (Student's factor is
 /// 12.7). From 64 samples on, four replicates give correct intervals at little cost (Student's
-/// factor is 3.18). `benches/README.md` has measurements for 1 to 8 replicates.
+/// factor is 3.18). `docs/decisions/0033-replicates.md` has measurements for 2 to 8 replicates.
 pub fn default_replicates(samples: u32) -> u32 {
     match samples {
         0..8 => 1,

@@ -11,8 +11,7 @@ use crate::build::{LeafKind, LeafKindLookup};
 use crate::bvh8::WIDTH;
 use crate::memory::filled_huge_page_vec;
 
-/// Cost of testing a block of triangles, in units of visiting a node. Measured:
-/// `../../../../benches/README.md`.
+/// Cost of testing a block of triangles, in units of visiting a node.
 const BLOCK: f32 = 1.1;
 /// Cost of testing a row of eight spheres, in units of visiting a node. Measured for random
 /// spheres. A row of fewer spheres costs at most the sum of their single tests.
