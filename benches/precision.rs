@@ -139,10 +139,7 @@ fn cases() {
     };
     for case in hard_cases() {
         let measurements = measure_case(case.number, shot).unwrap_or_default();
-        let Some(textbook) = measurements
-            .first()
-            .and_then(|measurement| measurement.textbook.as_ref())
-        else {
+        let Some(share) = measurements.first().and_then(Measurement::textbook_wrong) else {
             continue;
         };
         let wrong = |precision: &str| -> u64 {
@@ -150,10 +147,10 @@ fn cases() {
             measurements
                 .iter()
                 .filter(of)
-                .map(|measurement| measurement.outcome.wrong)
+                .map(|measurement| measurement.outcome().wrong)
                 .sum()
         };
-        let share = 100.0 * textbook.wrong_fraction();
+        let share = 100.0 * share;
         let (robust, reference) = (wrong("robust"), wrong("reference"));
         println!(
             "| **wrong**: {} ({}) | {share:.1} % | {robust} | {reference} |",

@@ -11,9 +11,11 @@ mod sampling;
 mod shading;
 
 pub use formula_cost::{CaseCost, build_formula_comparison, time_case_formulas};
-pub use raywright_bvh::stability::Measurement;
 pub use raywright_bvh::stability::cost_comparison::CostComparison;
+pub use raywright_bvh::stability::trial::Measurement;
 pub use raywright_bvh::stability::verdicts::{CaseOutcome, RayCount};
+
+use raywright_bvh::stability::trial::measure_precisions;
 
 /// A numerically hard case: what makes it hard, and the bound of the error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,29 +23,38 @@ pub struct HardCase {
     /// Number of the case: a letter for the subject and two digits. The letters are P (primitives),
     /// T (traversal), S (spawned rays and shading), M (sampling) and F (camera and film).
     pub number: &'static str,
+    /// Short name.
+    pub name: &'static str,
     /// What makes the case hard, in words.
     pub difficulty: &'static str,
     /// Bound that the error of the result must meet, in words.
     pub bound: &'static str,
-    /// Part of the case that does not apply to this program, with the reason. `None` if every part
-    /// applies.
+    /// Part of the case that does not apply to this program or does not hold, with the reason.
+    /// `None` if every part applies and holds.
     pub left_out: Option<&'static str>,
+    /// Number of results that are known to exceed the bound in a setting.
+    pub known_wrong: u64,
 }
 
-/// List of the cases, one per line: number, difficulty, bound and omitted part, separated by ` | `.
+/// List of the cases, one per line: number, name, difficulty, bound, omitted part and number of
+/// results known to be wrong, separated by ` | `.
 const LIST: &str = include_str!("stability/cases.txt");
 
 /// Iterates over all hard cases in the order of the list.
 pub fn hard_cases() -> impl Iterator<Item = HardCase> {
     LIST.lines().map(|line| {
         let mut parts = line.split(" | ");
-        let mut next = || parts.next().unwrap_or_default();
-        let (number, hard, bound) = (next(), next(), next());
+        let [number, name, difficulty, bound] = [(); 4].map(|()| parts.next().unwrap_or_default());
         HardCase {
             number,
-            difficulty: hard,
+            name,
+            difficulty,
             bound,
             left_out: parts.next(),
+            known_wrong: parts
+                .next()
+                .and_then(|count| count.parse().ok())
+                .unwrap_or(0),
         }
     })
 }
@@ -52,27 +63,27 @@ pub fn hard_cases() -> impl Iterator<Item = HardCase> {
 /// measured with every SIMD kernel that the processor supports. `None` for a case that exists only
 /// as a test.
 pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
-    /// Measures a case in both precisions, `robust` and `reference`.
+    /// Measures the case in both precisions, `robust` and `reference`.
     macro_rules! both {
-        ($module:ident::$of:ident) => {
-            [$module::$of::<f32>(rays), $module::$of::<f64>(rays)].concat()
+        ($case:path) => {
+            measure_precisions(number, rays, $case, $case)
         };
     }
     Some(match number {
-        "S09" => both!(shading::measure_shading_frames),
-        "S10" => both!(shading::measure_normalisation),
-        "S11" => both!(shading::measure_mirror_bounces),
-        "S13" => fresnel::measure_matched_indices(rays),
-        "S14" => fresnel::measure_fresnel(rays),
-        "S15" => fresnel::measure_schlick(rays),
-        "S17" => both!(microfacets::measure_narrow_lobes),
-        "S18" => both!(microfacets::measure_visible_normals),
-        "M01" => sampling::measure_random_range(rays),
-        "M02" => both!(sampling::measure_sample_mappings),
-        "M11" => sampling::measure_stratification(rays),
-        "F01" => both!(cameras::measure_degenerate_views),
-        "F02" => both!(cameras::measure_symmetric_views),
-        "F03" => both!(cameras::measure_degenerate_lenses),
+        "S09" => both!(shading::shading_frames),
+        "S10" => both!(shading::normalisation),
+        "S11" => both!(shading::mirror_bounces),
+        "S13" => both!(fresnel::matched_indices),
+        "S14" => both!(fresnel::fresnel),
+        "S15" => both!(fresnel::schlick),
+        "S17" => both!(microfacets::narrow_lobes),
+        "S18" => both!(microfacets::visible_normals),
+        "M01" => both!(sampling::random_range),
+        "M02" => both!(sampling::sample_mappings),
+        "M11" => both!(sampling::stratification),
+        "F01" => both!(cameras::degenerate_views),
+        "F02" => both!(cameras::symmetric_views),
+        "F03" => both!(cameras::degenerate_lenses),
         _ => return raywright_bvh::stability::measure_case(number, rays),
     })
 }

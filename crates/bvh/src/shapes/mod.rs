@@ -19,7 +19,7 @@ mod plane;
 mod prepared_ray;
 mod quad;
 mod quadratic;
-mod quartic;
+pub(crate) mod quartic;
 mod revolution;
 mod sample;
 mod spawn_offset;

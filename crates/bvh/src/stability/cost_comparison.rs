@@ -5,13 +5,11 @@
 
 use core::fmt;
 use core::hint::black_box;
+use std::rc::Rc;
 
-use glam::DVec3;
-
-use super::verdicts::{CaseRng, to_scalar};
-use super::{IntersectFunction, textbook};
-use crate::shapes::{AnyShape, Cone, Ellipsoid, Sphere, Torus, Triangle};
-use crate::{Interval, PreparedRay, Ray, Real, Shape, Side};
+use super::prelude::*;
+use super::sphere::build_sphere;
+use super::textbook;
 
 /// Work that a program times. One call processes all rays or samples of a comparison.
 pub type TimedWork = Box<dyn Fn()>;
@@ -32,161 +30,143 @@ pub struct CostComparison {
 
 impl fmt::Debug for CostComparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("CostComparison")
-            .field("label", &self.label)
-            .field("count", &self.count)
-            .finish_non_exhaustive()
+        write!(f, "CostComparison({})", self.label)
     }
 }
 
-/// Number of different rays that a comparison traces.
-const RAYS: u32 = 4096;
+/// Number of different rays or samples of a comparison.
+const SAMPLES: u64 = 4096;
+
+/// Creates the comparison of three implementations on random samples, which `draw` creates. One
+/// call of the work processes all samples `turns` times.
+pub fn compare_formulas<S: 'static>(
+    label: &'static str,
+    turns: u32,
+    draw: impl Fn(&mut CaseRng) -> S,
+    textbook: impl Fn(&S) + 'static,
+    robust: impl Fn(&S) + 'static,
+    reference: impl Fn(&S) + 'static,
+) -> CostComparison {
+    fn repeat<S: 'static>(samples: &Rc<[S]>, turns: u32, work: impl Fn(&S) + 'static) -> TimedWork {
+        let samples = samples.clone();
+        Box::new(move || (0..turns).for_each(|_| samples.iter().for_each(&work)))
+    }
+    let sample = |index| draw(&mut CaseRng::new(2, index));
+    let samples = (0..SAMPLES).map(sample).collect();
+    CostComparison {
+        label,
+        count: SAMPLES as u32 * turns,
+        textbook: repeat(&samples, turns, textbook),
+        library: [
+            repeat(&samples, turns, robust),
+            repeat(&samples, turns, reference),
+        ],
+    }
+}
+
+/// A ray, and the same ray prepared as the library's queries prepare it in each precision.
+struct RaySample {
+    ray: Ray<f32>,
+    robust: PreparedRay,
+    reference: PreparedRay,
+}
+
+/// Draws a ray that starts at distance 5 from the origin and aims at a point near a shape of about
+/// unit size at the origin.
+fn draw_ray(rng: &mut CaseRng) -> RaySample {
+    let origin = rng.sample_direction() * 5.0;
+    let direction = (rng.sample_point_in_cube() * 1.2 - origin).normalize();
+    let ray = create_unnormalised_ray(origin, direction);
+    RaySample {
+        ray,
+        robust: PreparedRay::new(ray),
+        reference: PreparedRay::new(create_unnormalised_ray::<f64>(origin, direction)),
+    }
+}
+
+/// Creates the comparison of intersection tests of one shape around the origin, followed by the
+/// surface at the hit if `with_surface`. The shape is stored in f32 and in f64.
+fn compare_intersections(
+    label: &'static str,
+    turns: u32,
+    with_surface: bool,
+    robust: AnyShape<f32>,
+    reference: AnyShape<f64>,
+) -> CostComparison {
+    fn test<R: Real>(shape: &AnyShape<R>, ray: &PreparedRay, with_surface: bool) {
+        let hit = black_box(shape).intersect(ray, Interval::positive(), Side::Both);
+        let surface = hit
+            .filter(|_| with_surface)
+            .map(|hit| shape.surface(ray, hit));
+        black_box((hit, surface));
+    }
+    let by_textbook = move |sample: &RaySample| {
+        let t = textbook::intersect(black_box(&robust), &sample.ray);
+        let normal = t
+            .filter(|_| with_surface)
+            .map(|t| sample.ray.at(t).normalize());
+        black_box((t, normal));
+    };
+    compare_formulas(
+        label,
+        turns,
+        draw_ray,
+        by_textbook,
+        move |sample| test(&robust, &sample.robust, with_surface),
+        move |sample| test(&reference, &sample.reference, with_surface),
+    )
+}
 
 /// Creates the comparison for a case, given by its number such as `P01`. Returns `None` for a case
 /// without a textbook formula, and for a case that does not test a shape.
 pub fn build_cost_comparison(number: &str) -> Option<CostComparison> {
+    /// Compares a shape, which is created in both precisions.
+    macro_rules! compare {
+        ($label:literal, $turns:literal, $with_surface:literal, $shape:expr) => {
+            compare_intersections($label, $turns, $with_surface, $shape, $shape)
+        };
+    }
     let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
+    let sides = [DVec3::new(2.0, 0.2, 0.0), DVec3::new(0.1, 2.0, 0.3)];
+    let corner = DVec3::new(-1.0, -1.0, 0.2);
+    let corners = [corner, corner + sides[0], corner + sides[1]];
     Some(match number {
-        "P01" => compare_intersections(
+        "P01" => compare!(
             "intersection of a sphere",
             40,
-            build_unit_sphere::<f32>().into(),
-            build_unit_sphere::<f64>().into(),
+            false,
+            AnyShape::Sphere(build_sphere(zero, 1.0))
         ),
-        "P02" => compare_surfaces(20),
-        "P13" => {
-            let (single, double) = (
-                Cone::new(-axis, axis, 1.0, 0.0, 2.0),
-                Cone::new(-axis, axis, 1.0, 0.0, 2.0),
-            );
-            compare_intersections("intersection of a cone", 20, single.into(), double.into())
-        }
-        "P15" => {
-            let semi = DVec3::new(1.0, 0.6, 0.8);
-            compare_intersections(
-                "intersection of an ellipsoid",
-                40,
-                Ellipsoid::new(zero, semi).into(),
-                Ellipsoid::new(zero, semi).into(),
-            )
-        }
-        "P17" => {
-            let (single, double) = (
-                Torus::new(zero, axis, 0.8, 0.3),
-                Torus::new(zero, axis, 0.8, 0.3),
-            );
-            compare_intersections("intersection of a torus", 4, single.into(), double.into())
-        }
-        "P21" => compare_intersections(
+        "P02" => compare!(
+            "intersection of a sphere, and the surface at its hit",
+            20,
+            true,
+            AnyShape::Sphere(build_sphere(zero, 1.0))
+        ),
+        "P13" => compare!(
+            "intersection of a cone",
+            20,
+            false,
+            AnyShape::Cone(Cone::new(-axis, axis, 1.0, 0.0, 2.0))
+        ),
+        "P15" => compare!(
+            "intersection of an ellipsoid",
+            40,
+            false,
+            AnyShape::Ellipsoid(Ellipsoid::new(zero, DVec3::new(1.0, 0.6, 0.8)))
+        ),
+        "P17" => compare!(
+            "intersection of a torus",
+            4,
+            false,
+            AnyShape::Torus(Torus::new(zero, axis, 0.8, 0.3))
+        ),
+        "P21" => compare!(
             "intersection of a triangle",
             40,
-            build_test_triangle::<f32>(),
-            build_test_triangle::<f64>(),
+            false,
+            AnyShape::Triangle(Triangle::new(corners.map(Vector::from_f64)))
         ),
         _ => return None,
     })
-}
-
-/// Returns the unit sphere around the origin.
-fn build_unit_sphere<R: Real>() -> Sphere<R> {
-    Sphere {
-        centre: to_scalar::<R>(DVec3::ZERO),
-        radius: R::ONE,
-    }
-}
-
-/// Returns a slanted triangle near the origin.
-fn build_test_triangle<R: Real>() -> AnyShape<R> {
-    let corners = [
-        DVec3::new(-1.0, -1.0, 0.2),
-        DVec3::new(1.0, -0.8, 0.2),
-        DVec3::new(-0.9, 1.0, 0.5),
-    ];
-    Triangle::new(corners.map(to_scalar::<R>)).into()
-}
-
-/// Creates the rays of the comparison. They start at distance 5 from the origin and aim at points
-/// near a shape of about unit size at the origin.
-fn create_random_rays<R: Real>() -> Vec<Ray<R>> {
-    let ray = |i: u32| {
-        let rng = &mut CaseRng::new(1, i.into());
-        let origin = rng.sample_direction() * 5.0;
-        Ray::new(
-            to_scalar::<R>(origin),
-            to_scalar::<R>((rng.sample_point_in_cube() * 1.2 - origin).normalize()),
-        )
-    };
-    (0..RAYS).map(ray).collect()
-}
-
-/// Creates the rays of the comparison, prepared as the library's queries prepare them.
-fn prepare_random_rays<R: Real>() -> Vec<PreparedRay> {
-    create_random_rays::<R>()
-        .into_iter()
-        .map(PreparedRay::new)
-        .collect()
-}
-
-/// Creates the comparison of intersection tests of one shape, stored in f32 (`single`) and in f64
-/// (`double`). One call of the work tests all rays `turns` times.
-fn compare_intersections(
-    label: &'static str,
-    turns: u32,
-    single: AnyShape<f32>,
-    double: AnyShape<f64>,
-) -> CostComparison {
-    fn create_intersection_work<R: Real>(turns: u32, shape: AnyShape<R>) -> TimedWork {
-        let rays = prepare_random_rays::<R>();
-        Box::new(move || {
-            for ray in (0..turns).flat_map(|_| &rays) {
-                black_box(black_box(&shape).intersect(ray, Interval::positive(), Side::Both));
-            }
-        })
-    }
-    let (rays, by): (_, IntersectFunction<f32>) =
-        (create_random_rays::<f32>(), textbook::intersect);
-    let by_textbook = move || {
-        for ray in (0..turns).flat_map(|_| &rays) {
-            black_box(by(black_box(&single), ray));
-        }
-    };
-    CostComparison {
-        label,
-        count: RAYS * turns,
-        textbook: Box::new(by_textbook),
-        library: [
-            create_intersection_work(turns, single),
-            create_intersection_work(turns, double),
-        ],
-    }
-}
-
-/// Creates the comparison for a sphere: its intersection test, followed by the surface at the hit.
-/// One call of the work tests all rays `turns` times.
-fn compare_surfaces(turns: u32) -> CostComparison {
-    fn create_intersection_work<R: Real>(turns: u32) -> TimedWork {
-        let (sphere, rays) = (build_unit_sphere::<R>(), prepare_random_rays::<R>());
-        Box::new(move || {
-            for ray in (0..turns).flat_map(|_| &rays) {
-                let hit = black_box(&sphere).intersect(ray, Interval::positive(), Side::Both);
-                black_box(hit.map(|hit| sphere.surface(ray, hit)));
-            }
-        })
-    }
-    let (ball, shot) = (build_unit_sphere::<f32>(), create_random_rays::<f32>());
-    let by_textbook = move || {
-        for ray in (0..turns).flat_map(|_| &shot) {
-            black_box(textbook::intersect_sphere_surface(black_box(&ball), ray));
-        }
-    };
-    let label = "intersection of a sphere, and the surface at its hit";
-    CostComparison {
-        label,
-        count: RAYS * turns,
-        textbook: Box::new(by_textbook),
-        library: [
-            create_intersection_work::<f32>(turns),
-            create_intersection_work::<f64>(turns),
-        ],
-    }
 }

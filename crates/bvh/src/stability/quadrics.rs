@@ -1,182 +1,138 @@
 //! Cases P13 and P15: rays for which the leading coefficient of a quadric vanishes, and ellipsoids
 //! of extreme shape.
 
-use crate::shapes::{AnyShape, Cone, Ellipsoid, Hyperboloid};
-use crate::{Real, Vector};
-use glam::DVec3;
+use super::prelude::*;
 
-use super::IntersectFunction;
-use super::verdicts::{
-    CaseOutcome, CaseRng, RayCount, Verdict, create_unnormalised_ray, format_ray_bits, judge_rays,
-    round_to_f32, to_scalar,
-};
-
-/// A quadric with rays for which its leading coefficient vanishes.
-#[derive(Clone, Copy, PartialEq)]
-enum VanishingQuadric {
-    /// The cone with radius 3 and height 4, with its tip up.
-    Cone,
-    /// The hyperboloid a = c = 1, from y = -1.5 to 1.5.
-    Hyperboloid,
+/// A quadric with rays for which its leading coefficient vanishes: the cone with radius 3 and
+/// height 4, with its tip up, or the hyperboloid a = c = 1, from y = -1.5 to 1.5.
+struct VanishingQuadric {
+    name: &'static str,
+    /// A generator of the cone, or an asymptote of the hyperboloid. The direction is exact in f32,
+    /// also with a changed component.
+    generator: DVec3,
+    /// Height of the point of symmetry of the quadratic form: the tip, or the centre.
+    middle: f64,
+    /// Factors of the squared distance from the axis and of the squared height, and the constant, in
+    /// the quadratic form.
+    form: [f64; 3],
+    /// Heights, from the point of symmetry, between which hits are certain.
+    clip: [f64; 2],
+    /// Height of a cap, from the point of symmetry; NaN for none.
+    cap: f64,
 }
 
+const VANISHING_QUADRICS: [VanishingQuadric; 2] = [
+    VanishingQuadric {
+        name: "cone",
+        generator: DVec3::new(3.0, 4.0, 0.0),
+        middle: 4.0,
+        form: [16.0, 9.0, 0.0],
+        clip: [-3.9, -0.1],
+        cap: -4.0,
+    },
+    VanishingQuadric {
+        name: "hyperboloid",
+        generator: DVec3::new(1.0, 1.0, 0.0),
+        middle: 0.0,
+        form: [1.0, 1.0, 1.0],
+        clip: [-1.45, 1.45],
+        cap: f64::NAN,
+    },
+];
+
 impl VanishingQuadric {
-    /// Returns a generator of the cone, or an asymptote of the hyperboloid. The direction is exact
-    /// in f32, also with a changed component.
-    fn generator(self) -> DVec3 {
-        match self {
-            Self::Cone => DVec3::new(3.0, 4.0, 0.0),
-            Self::Hyperboloid => DVec3::new(1.0, 1.0, 0.0),
-        }
-    }
-
-    /// Returns the point of symmetry of the quadratic form: the tip, or the centre.
-    fn symmetry_point(self) -> DVec3 {
-        match self {
-            Self::Cone => DVec3::new(0.0, 4.0, 0.0),
-            Self::Hyperboloid => DVec3::ZERO,
-        }
-    }
-
     /// Draws a point of the surface away from the generator.
-    fn sample_point(self, rng: &mut CaseRng) -> DVec3 {
-        match self {
-            Self::Cone => {
-                let (low, angle) = (rng.next_uniform(0.05, 0.95), rng.next_uniform(1.0, 5.3));
-                self.symmetry_point() - DVec3::Y * (4.0 * low)
-                    + DVec3::new(angle.cos(), 0.0, angle.sin()) * (3.0 * low)
-            }
-            Self::Hyperboloid => {
-                let (y, angle) = (rng.next_uniform(-1.4, 1.4), rng.next_uniform(1.0, 5.3));
-                DVec3::new(angle.cos(), 0.0, angle.sin()) * (1.0 + y * y).sqrt() + DVec3::Y * y
-            }
-        }
-    }
-
-    /// Returns the quadratic form of the shape for two vectors from the point of symmetry, in f64.
-    fn form(self, a: DVec3, b: DVec3) -> f64 {
-        match self {
-            Self::Cone => 16.0 * (a.x * b.x + a.z * b.z) - 9.0 * a.y * b.y,
-            Self::Hyperboloid => a.x * b.x + a.z * b.z - a.y * b.y,
-        }
+    fn sample_point(&self, rng: &mut CaseRng) -> DVec3 {
+        let [out, up, constant] = self.form;
+        let height = if constant == 0.0 {
+            -4.0 * rng.next_uniform(0.05, 0.95)
+        } else {
+            rng.next_uniform(-1.4, 1.4)
+        };
+        let angle = rng.next_uniform(1.0, 5.3);
+        let radius = ((up * height * height + constant) / out).sqrt();
+        DVec3::new(
+            angle.cos() * radius,
+            self.middle + height,
+            angle.sin() * radius,
+        )
     }
 
     /// Returns the distance of the near root along a ray, in lengths of the direction `d`, in f64.
     /// `None` for a root that is not the ray's first hit of the shape, or that is too uncertain: on
     /// a tangent, close to the rim or close to the origin `o`.
-    fn near_root(self, o: DVec3, d: DVec3) -> Option<f64> {
-        let f = match self {
-            Self::Cone => o - self.symmetry_point(),
-            Self::Hyperboloid => o,
-        };
-        let constant = match self {
-            Self::Cone => 0.0,
-            Self::Hyperboloid => 1.0,
-        };
-        let (a, b, c) = (self.form(d, d), self.form(d, f), self.form(f, f) - constant);
+    fn near_root(&self, o: DVec3, d: DVec3) -> Option<f64> {
+        let ([out, up, constant], f) = (self.form, o - DVec3::Y * self.middle);
+        let form = |a: DVec3, b: DVec3| out * (a.x * b.x + a.z * b.z) - up * a.y * b.y;
+        let (a, b, c) = (form(d, d), form(d, f), form(f, f) - constant);
         let discriminant = b * b - a * c;
         if discriminant < 1e-3 * b * b {
             return None;
         }
         let q = -(b + discriminant.sqrt().copysign(b));
-        let is_last_near = (c / q).abs() < (q / a).abs();
-        let near = if is_last_near || a == 0.0 {
-            c / q
+        // The root q/a is infinite for a = 0.
+        let [near, far] = if (c / q).abs() < (q / a).abs() {
+            [c / q, q / a]
         } else {
-            q / a
+            [q / a, c / q]
         };
         let y = f.y + d.y * near;
-        let clip = match self {
-            Self::Cone => -3.9..=-0.1,
-            Self::Hyperboloid => -1.45..=1.45,
-        };
-        if near < 0.1 || !clip.contains(&y) {
-            return None;
-        }
+        let is_certain = near >= 0.1 && self.clip[0] <= y && y <= self.clip[1];
         // An earlier root or a cap would be another hit.
-        let far = if a == 0.0 {
-            f64::INFINITY
-        } else if is_last_near {
-            q / a
-        } else {
-            c / q
-        };
-        let cap = match self {
-            Self::Cone => (-4.0 - f.y) / d.y,
-            Self::Hyperboloid => -1.0,
-        };
-        let is_hidden = far > 0.0 && far < near || cap > 0.0 && cap < near;
-        (!is_hidden).then_some(near)
+        let is_hidden = [far, (self.cap - f.y) / d.y]
+            .iter()
+            .any(|&t| 0.0 < t && t < near);
+        (is_certain && !is_hidden).then_some(near)
     }
 
     /// Returns the shape in the stored scalar.
-    fn to_shape<R: Real>(self) -> AnyShape<R> {
-        match self {
-            Self::Cone => Cone::<R> {
-                base: to_scalar::<R>(DVec3::ZERO),
-                axis: to_scalar::<R>(self.symmetry_point()),
-                radius: R::from_f64(3.0),
-                top_radius: R::ZERO,
-            }
-            .into(),
-            Self::Hyperboloid => Hyperboloid::<R> {
-                centre: to_scalar::<R>(DVec3::ZERO),
-                waist: R::ONE,
-                slope: R::ONE,
-                half_height: R::from_f64(1.5),
-            }
-            .into(),
+    fn to_shape<R: Real>(&self) -> AnyShape<R> {
+        if self.cap.is_nan() {
+            return Hyperboloid::new(DVec3::ZERO, 1.0, 1.0, 1.5).into();
         }
+        Cone::new(DVec3::ZERO, DVec3::Y, 3.0, 0.0, self.middle).into()
     }
 }
 
-/// Judges the near root of a quadric whose leading coefficient nearly vanishes, by its relative
-/// error, which may be at most `bound`. `case` is `cone` or `hyperboloid`. The rays are
-/// nearly parallel to a generator of the cone or to an asymptote of the hyperboloid: two components
-/// of the direction are changed by `deviation`.
-pub fn judge_near_root_of_quadric<R: Real>(
-    case: &str,
-    deviation: f64,
-    bound: f64,
-    rays: RayCount,
-    intersect: IntersectFunction<R>,
-) -> CaseOutcome {
-    let quadric = if case == "cone" {
-        VanishingQuadric::Cone
-    } else {
-        VanishingQuadric::Hyperboloid
-    };
-    judge_rays(
-        &format!("P13 {case} {deviation:e}"),
-        23,
-        200_000,
-        rays,
-        |rng| {
+/// Judges case P13: rays along, or nearly along, a generator of a cone or an asymptote of a
+/// hyperboloid, with two components of the direction changed. The near root has a relative error of
+/// at most 1e-5.
+pub(super) fn vanishing_coefficients<R: Real>(trial: &mut Trial<R>) {
+    for (quadric, deviation) in VANISHING_QUADRICS
+        .iter()
+        .flat_map(|quadric| [1e-1, 1e-3, 1e-5, 1e-7, 0.0].map(|deviation| (quadric, deviation)))
+    {
+        let part = format!("{} {deviation:e}", quadric.name);
+        trial.judge_shapes(&part, (23, 200_000), true, |rng| {
             let deviation = DVec3::new(-deviation, deviation, 0.0) * rng.next_sign();
-            let direction = round_to_f32(quadric.generator() + deviation);
-            let target = quadric.sample_point(rng);
-            let origin = round_to_f32(target - direction * rng.next_uniform(0.5, 3.0));
-            let ray = create_unnormalised_ray::<R>(origin, direction);
-            let Some(near) = quadric.near_root(ray.origin.to_f64(), ray.direction.to_f64()) else {
-                return Verdict::Skipped;
-            };
-            match intersect(&quadric.to_shape(), &ray) {
-                None => Verdict::Wrong(format!(
-                    "no hit is found, although the ray hits the shape at distance {near}{}",
-                    format_ray_bits::<R>(&ray)
-                )),
-                Some(t) => {
-                    let error = (t.to_f64() - near).abs() / near;
-                    Verdict::from_error(error, bound, || {
-                        format!(
-                            "hit distance {t:?} instead of {near}{}",
-                            format_ray_bits::<R>(&ray)
-                        )
-                    })
-                }
-            }
-        },
-    )
+            let d = round_to_f32(quadric.generator + deviation);
+            let origin = round_to_f32(quadric.sample_point(rng) - d * rng.next_uniform(0.5, 3.0));
+            let near = quadric.near_root(origin, d).ok_or(Verdict::Skipped)?;
+            let ray = create_unnormalised_ray::<R>(origin, d);
+            Ok((
+                quadric.to_shape(),
+                ray,
+                judge_distance(near, 1e-5 * near, 1e-5 * near),
+            ))
+        });
+    }
+}
+
+/// Returns the judge of a hit distance, which may be wrong by `bound`, that of the textbook by
+/// `textbook_bound`.
+fn judge_distance(
+    expected: f64,
+    bound: f64,
+    textbook_bound: f64,
+) -> impl Fn(Option<FormulaHit>) -> Verdict {
+    move |hit| {
+        let error = hit.map_or(f64::INFINITY, |hit| (hit.t - expected).abs());
+        let is_textbook = hit.is_some_and(|hit| hit.is_textbook());
+        let bound = if is_textbook { textbook_bound } else { bound };
+        Verdict::from_error(error, bound, || {
+            format!("hit {hit:?} instead of one at the distance {expected}, error")
+        })
+    }
 }
 
 /// Returns the distance and the point of a ray's hit of an ellipsoid around the origin, in f64. The
@@ -190,65 +146,38 @@ pub fn intersect_ellipsoid_in_f64(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, 
     (half >= 0.0).then(|| (middle - half.sqrt(), o + d * (middle - half.sqrt())))
 }
 
-/// Judges rays towards an ellipsoid with the semi-axes 1, 1 and `k`, from a distance of ten times
-/// the greatest semi-axis. The rays are aimed at random points of the ellipsoid's outline, scaled
-/// by `share`. The function `f` judges one ray. Its parameters are the semi-axes, the shape, the
-/// ray's origin and the ray's direction.
-pub fn judge_extreme_ellipsoid<R: Real>(
-    k: f64,
-    share: f64,
-    rays: RayCount,
-    f: impl Fn(DVec3, &Ellipsoid<R>, DVec3, DVec3) -> Verdict + Sync,
-) -> CaseOutcome {
-    let semi = round_to_f32(DVec3::new(1.0, 1.0, k));
-    let shape = Ellipsoid::<R> {
-        centre: to_scalar::<R>(DVec3::ZERO),
-        semi_axes: to_scalar::<R>(semi),
-    };
-    judge_rays(
-        &format!("k = {k:e}"),
-        25 + k.to_bits() % 97,
-        200_000,
-        rays,
-        |rng| {
-            let out = rng.sample_direction();
-            let origin = round_to_f32(out * (10.0 * semi.max_element()));
-            // The outline is the unit disc perpendicular to the ray, in the space where the
-            // ellipsoid is the unit sphere.
-            let across = rng.sample_offset_in_disc((origin / semi).normalize(), share) * semi;
-            let d = round_to_f32((across - origin).normalize());
-            f(semi, &shape, origin, d)
-        },
-    )
+/// Semi-axes k of the ellipsoids, beside two semi-axes of 1.
+pub const EXTREME_SEMI_AXES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
+
+/// Draws a ray towards an ellipsoid with the semi-axes `semi`, from a distance of ten times the
+/// greatest. It is aimed at a random point of the ellipsoid's outline, scaled by 0.98. Returns it
+/// with the hit in f64.
+pub fn draw_ray_to_ellipsoid<R: Real>(
+    rng: &mut CaseRng,
+    semi: DVec3,
+) -> Result<(Ray<R>, (f64, DVec3)), Verdict> {
+    let origin = round_to_f32(rng.sample_direction() * (10.0 * semi.max_element()));
+    // The outline is the unit disc perpendicular to the ray, in the space where the ellipsoid is
+    // the unit sphere.
+    let across = rng.sample_offset_in_disc((origin / semi).normalize(), 0.98) * semi;
+    let d = round_to_f32((across - origin).normalize());
+    let hit = intersect_ellipsoid_in_f64(origin, d, semi).ok_or(Verdict::Skipped)?;
+    Ok((create_unnormalised_ray::<R>(origin, d), hit))
 }
 
-/// Judges the hit distances that `intersect` returns for the rays of [`judge_extreme_ellipsoid`]. A
-/// miss is wrong. So is an error above `bound` times the least semi-axis.
-pub fn judge_hit_distance_of_extreme_ellipsoid<R: Real>(
-    k: f64,
-    bound: f64,
-    rays: RayCount,
-    intersect: IntersectFunction<R>,
-) -> CaseOutcome {
-    judge_extreme_ellipsoid::<R>(k, 0.98, rays, |semi, shape, o, d| {
-        let ray = create_unnormalised_ray::<R>(o, d);
-        let Some((t, _)) = intersect_ellipsoid_in_f64(o, d, semi) else {
-            return Verdict::Skipped;
-        };
-        match intersect(&(*shape).into(), &ray) {
-            None => Verdict::Wrong(format!(
-                "no hit is found, although the ray hits the ellipsoid{}",
-                format_ray_bits::<R>(&ray)
-            )),
-            Some(found) => {
-                let error = (found.to_f64() - t).abs() / semi.min_element();
-                Verdict::from_error(error, bound, || {
-                    format!(
-                        "hit distance {found:?} instead of {t}{}",
-                        format_ray_bits::<R>(&ray)
-                    )
-                })
-            }
-        }
-    })
+/// Judges case P15: hits of flat and of needle-like ellipsoids. The distance is right within a
+/// thousandth of the least semi-axis, that of the textbook within a hundredth.
+pub(super) fn extreme_ellipsoids<R: Real>(trial: &mut Trial<R>) {
+    for k in EXTREME_SEMI_AXES {
+        let semi = round_to_f32(DVec3::new(1.0, 1.0, k));
+        let (seed, least) = (25 + k.to_bits() % 97, semi.min_element());
+        trial.judge_shapes(&format!("k = {k:e}"), (seed, 200_000), true, |rng| {
+            let (ray, (t, _)) = draw_ray_to_ellipsoid::<R>(rng, semi)?;
+            Ok((
+                Ellipsoid::new(DVec3::ZERO, semi).into(),
+                ray,
+                judge_distance(t, 1e-3 * least, 1e-2 * least),
+            ))
+        });
+    }
 }

@@ -1,9 +1,8 @@
 //! Textbook intersection tests, all in f32, for comparison with the library. They show the errors
 //! of careless formulas. The library itself uses none of them.
 
-use crate::shapes::{AnyShape, Cone, Ellipsoid, Hyperboloid, Sphere, Torus, Triangle};
-use crate::{Ray, Surface};
-use glam::Vec3;
+use super::prelude::*;
+use crate::shapes::quartic::Quartic;
 
 /// Distances at which a ray enters and leaves a solid.
 type TextbookCrossings = [f32; 2];
@@ -13,106 +12,79 @@ type TextbookCrossings = [f32; 2];
 ///
 /// # Panics
 /// For a shape without a textbook formula.
-pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
-    match shape {
+pub fn intersect<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<f32> {
+    let ray = &Ray::new(ray.origin.to_f32(), ray.direction.to_f32());
+    let (d, from) = (ray.direction, |centre: R::Vec3| {
+        ray.origin - centre.to_f32()
+    });
+    // Height of the middle, and greatest distance from it: the clip of a hyperboloid.
+    let (mut middle, mut clip) = (0.0, f32::INFINITY);
+    let crossings = match shape {
         AnyShape::Sphere(sphere) => {
-            nearest_crossing_ahead(self::intersect_sphere(sphere, ray)?, |_| true)
+            let radius = sphere.radius.to_f32();
+            quadratic_roots([d, from(sphere.centre)], Vec3::dot, radius * radius)
         }
+        // In the space where the ellipsoid is a sphere: each axis is scaled by the product of the
+        // semi-axes along the other two.
         AnyShape::Ellipsoid(body) => {
-            nearest_crossing_ahead(intersect_ellipsoid(body, ray)?, |_| true)
+            let s = body.semi_axes.to_f32();
+            let (scale, radius) = (Vec3::new(s.y * s.z, s.z * s.x, s.x * s.y), s.x * s.y * s.z);
+            let vectors = [d * scale, from(body.centre) * scale];
+            quadratic_roots(vectors, Vec3::dot, radius * radius)
         }
         AnyShape::Hyperboloid(sheet) => {
-            nearest_crossing_ahead(intersect_hyperboloid(sheet, ray)?, |t| {
-                (ray.at(t).y - sheet.centre.y).abs() <= sheet.half_height
-            })
+            let (a, c) = (sheet.waist.to_f32(), sheet.slope.to_f32());
+            let scale = Vec3::new(c, a, c);
+            (middle, clip) = (sheet.centre.y().to_f32(), sheet.half_height.to_f32());
+            let form = |p: Vec3, q: Vec3| p.x * q.x + p.z * q.z - p.y * q.y;
+            let vectors = [d * scale, from(sheet.centre) * scale];
+            quadratic_roots(vectors, form, (a * c) * (a * c))
         }
-        AnyShape::Cone(cone) => nearest_crossing_ahead(self::intersect_cone(cone, ray)?, |_| true),
-        AnyShape::Torus(ring) => intersect_torus(ring, ray),
-        AnyShape::Triangle(face) => intersect_triangle(face, ray),
+        AnyShape::Cone(cone) => intersect_cone(cone, ray),
+        AnyShape::Torus(ring) => return intersect_torus(ring, ray),
+        AnyShape::Triangle(face) => return intersect_triangle(face, ray),
         // Only shapes that a case compares have a formula here.
-        _ => panic!(
-            "the textbook has formulas only for sphere, ellipsoid, hyperboloid, cone, torus and triangle"
-        ),
-    }
-}
-
-/// Returns the nearest crossing that is in front of the origin and for which `keep` returns true.
-fn nearest_crossing_ahead(crossings: TextbookCrossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
-    let ahead = crossings
+        _ => panic!("the textbook has no formula for {shape:?}"),
+    };
+    let is_ahead = |&t: &f32| t > 0.0 && t < f32::INFINITY && (ray.at(t).y - middle).abs() <= clip;
+    crossings?
         .into_iter()
-        .filter(|&t| t > 0.0 && t < f32::INFINITY && keep(t));
-    ahead.min_by(f32::total_cmp)
+        .filter(is_ahead)
+        .min_by(f32::total_cmp)
 }
 
-/// Computes the roots (−b ± √(b² − a·c))/a; `None` if they are not real.
-fn quadratic_roots(a: f32, b: f32, c: f32) -> Option<TextbookCrossings> {
+/// Computes the roots (−b ± √(b² − a·c))/a for a quadratic form of a direction d and an offset f:
+/// a = form(d, d), b = form(d, f), c = form(f, f) − `constant`; `None` if they are not real.
+fn quadratic_roots(
+    [d, f]: [Vec3; 2],
+    form: impl Fn(Vec3, Vec3) -> f32,
+    constant: f32,
+) -> Option<TextbookCrossings> {
+    solve_quadratic([form(d, d), form(d, f), form(f, f) - constant])
+}
+
+fn solve_quadratic([a, b, c]: [f32; 3]) -> Option<TextbookCrossings> {
     let discriminant = b * b - a * c;
-    (discriminant >= 0.0).then(|| {
-        [
-            (-b - discriminant.sqrt()) / a,
-            (discriminant.sqrt() - b) / a,
-        ]
-    })
-}
-
-fn intersect_sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
-    let (f, d) = (ray.origin - sphere.centre, ray.direction);
-    quadratic_roots(d.dot(d), f.dot(d), f.dot(f) - sphere.radius * sphere.radius)
-}
-
-/// Returns the surface where a ray hits a sphere by the textbook formula: the point at the hit
-/// distance, and the normal away from the centre. The formula gives no error bound, so `error` is
-/// infinite.
-pub fn intersect_sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32>> {
-    let point = ray.at(nearest_crossing_ahead(
-        intersect_sphere(shape, ray)?,
-        |_| true,
-    )?);
-    let normal = (point - shape.centre).normalize();
-    Some(Surface {
-        point,
-        above: point,
-        below: point,
-        error: f32::INFINITY,
-        normal,
-    })
-}
-
-/// Intersects a ray with an ellipsoid, in the space where the ellipsoid is a sphere. Each axis is
-/// scaled by the product of the semi-axes along the other two.
-fn intersect_ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
-    let s = body.semi_axes;
-    let scale = Vec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
-    let (d, f, radius) = (
-        ray.direction * scale,
-        (ray.origin - body.centre) * scale,
-        s.x * s.y * s.z,
-    );
-    quadratic_roots(d.dot(d), d.dot(f), f.dot(f) - radius * radius)
-}
-
-fn intersect_hyperboloid(sheet: &Hyperboloid<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
-    let (a, c) = (sheet.waist, sheet.slope);
-    let scale = Vec3::new(c, a, c);
-    let (d, f) = (ray.direction * scale, (ray.origin - sheet.centre) * scale);
-    let form = |p: Vec3, q: Vec3| p.x * q.x + p.z * q.z - p.y * q.y;
-    quadratic_roots(form(d, d), form(d, f), form(f, f) - (a * c) * (a * c))
+    let root = discriminant.sqrt();
+    (discriminant >= 0.0).then(|| [(-b - root) / a, (root - b) / a])
 }
 
 /// Intersects a ray with the part of a cone's nappe between both ends.
-fn intersect_cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
-    let (axis, d, f) = (cone.axis, ray.direction, ray.origin - cone.base);
-    let (squared, taper) = (axis.dot(axis), cone.top_radius - cone.radius);
+fn intersect_cone<R: Real>(cone: &Cone<R>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
+    let (axis, d, f) = (
+        cone.axis.to_f32(),
+        ray.direction,
+        ray.origin - cone.base.to_f32(),
+    );
+    let radius = cone.radius.to_f32();
+    let (squared, taper) = (axis.dot(axis), cone.top_radius.to_f32() - radius);
     let (m, n) = (d.cross(axis), f.cross(axis));
     // The radius at distance t, times the squared axis, is reach + t·opening.
-    let (reach, opening) = (
-        cone.radius * squared + taper * f.dot(axis),
-        taper * d.dot(axis),
-    );
+    let (reach, opening) = (radius * squared + taper * f.dot(axis), taper * d.dot(axis));
     let a = squared * m.dot(m) - opening * opening;
     let b = squared * m.dot(n) - reach * opening;
     let c = squared * n.dot(n) - reach * reach;
-    let [enter, leave] = quadratic_roots(a, b, c)?;
+    let [enter, leave] = solve_quadratic([a, b, c])?;
     let wall = match () {
         () if a > 0.0 && reach - opening * b / a < 0.0 => return None,
         () if a > 0.0 => [enter, leave],
@@ -131,14 +103,11 @@ fn intersect_cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings>
 }
 
 /// Intersects a ray with a torus by a quartic. Its coefficients are computed relative to the ray's
-/// origin. Then the cubic term is eliminated.
-fn intersect_torus(torus: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
-    let (major, tube, axis) = (
-        torus.major_radius,
-        torus.minor_radius,
-        torus.axis.normalize(),
-    );
-    let (f, d) = (ray.origin - torus.centre, ray.direction);
+/// origin. Then the cubic term is eliminated. The zeros are those of the library.
+fn intersect_torus<R: Real>(torus: &Torus<R>, ray: &Ray<f32>) -> Option<f32> {
+    let [major, tube] = [torus.major_radius, torus.minor_radius].map(R::to_f32);
+    let axis = torus.axis.to_f32().normalize();
+    let (f, d) = (ray.origin - torus.centre.to_f32(), ray.direction);
     let (aa, b, ff) = (d.dot(d), f.dot(d), f.dot(f));
     let (height, lean) = (f.dot(axis), d.dot(axis));
     let g = ff + major * major - tube * tube;
@@ -152,56 +121,21 @@ fn intersect_torus(torus: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
     let p = c2 - 6.0 * s2;
     let q = c1 - 2.0 * shift * c2 + 8.0 * s2 * shift;
     let w = c0 - shift * c1 + s2 * c2 - 3.0 * s2 * s2;
-    find_quartic_zero([p, q, w], (major + tube) * 1.001 / aa.sqrt(), |x| {
-        (x - shift > 0.0).then_some(x - shift)
+    let quartic = Quartic {
+        p: p.into(),
+        q: q.into(),
+        w: w.into(),
+    };
+    let reach = (major + tube) * 1.001 / aa.sqrt();
+    quartic.find_crossings(reach.into(), |x, _| {
+        Some(x as f32 - shift).filter(|&t| t > 0.0)
     })
-}
-
-/// Finds the least zero of x⁴ + p·x² + q·x + w in [−reach, reach] for which `take` returns a
-/// result, and returns that result. Zeros are found by bisection between the extrema.
-fn find_quartic_zero(
-    [p, q, w]: [f32; 3],
-    reach: f32,
-    take: impl Fn(f32) -> Option<f32>,
-) -> Option<f32> {
-    let value = |x: f32| ((x * x + p) * x + q) * x + w;
-    let slope = |x: f32| (4.0 * x * x + 2.0 * p) * x + q;
-    let knee = (-p / 6.0).max(0.0).sqrt().min(reach);
-    let mut turns = vec![-reach];
-    turns.extend(
-        [(-reach, -knee), (-knee, knee), (knee, reach)]
-            .into_iter()
-            .filter_map(|piece| find_zero(piece, slope)),
-    );
-    turns.push(reach);
-    turns
-        .windows(2)
-        .filter_map(|piece| find_zero((piece[0], piece[1]), value))
-        .find_map(take)
-}
-
-/// Finds the zero of a monotone function between two points by bisection; `None` if the values at
-/// both points have the same sign.
-fn find_zero((mut low, mut high): (f32, f32), f: impl Fn(f32) -> f32) -> Option<f32> {
-    let rises = f(low) < 0.0;
-    if rises == (f(high) < 0.0) {
-        return None;
-    }
-    for _ in 0..48 {
-        let middle = 0.5 * (low + high);
-        if (f(middle) < 0.0) == rises {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    Some(0.5 * (low + high))
 }
 
 /// Intersects a ray with a triangle ("Fast, Minimum Storage Ray/Triangle Intersection", Möller,
 /// Trumbore 1997).
-fn intersect_triangle(face: &Triangle<f32>, ray: &Ray<f32>) -> Option<f32> {
-    let [a, b, c] = face.vertices;
+fn intersect_triangle<R: Real>(face: &Triangle<R>, ray: &Ray<f32>) -> Option<f32> {
+    let [a, b, c] = face.vertices.map(Vector::to_f32);
     let (ab, ac) = (b - a, c - a);
     let p = ray.direction.cross(ac);
     let inverse = 1.0 / ab.dot(p);
@@ -217,16 +151,9 @@ fn intersect_triangle(face: &Triangle<f32>, ray: &Ray<f32>) -> Option<f32> {
     (t > 0.0 && t < f32::INFINITY).then_some(t)
 }
 
-/// Whether a ray hits any of the triangles, by the textbook formula.
-pub fn hits_any_triangle(triangles: &[Triangle<f32>], ray: &Ray<f32>) -> bool {
-    triangles
-        .iter()
-        .any(|face| intersect_triangle(face, ray).is_some())
-}
-
 /// Whether a ray enters a box, by a slab test in f32. To avoid a division by zero, the reciprocal
 /// of each direction component is clamped to at most 2²³.
-pub(crate) fn enters_box_by_clamped_reciprocals([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
+pub(crate) fn enters_box([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
     const MOST: f32 = 8_388_608.0;
     let inverse = ray.direction.map(|d| (1.0 / d).clamp(-MOST, MOST));
     let (a, b) = ((min - ray.origin) * inverse, (max - ray.origin) * inverse);

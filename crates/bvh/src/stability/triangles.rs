@@ -1,18 +1,10 @@
 //! Cases P20, P21 and P22: rays nearly in the plane of a thin triangle, and closed meshes that must
 //! not leak at edges and corners.
 
-use crate::shapes::Triangle;
-use crate::{
-    AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Vector,
-    Visibility,
-};
-use glam::{DVec3, Vec3};
+use std::collections::BTreeMap;
 
-use super::verdicts::{
-    CaseOutcome, RayCount, Verdict, create_ray_towards, create_unnormalised_ray, format_ray_bits,
-    judge_rays, nearest_hit, round_to_f32, to_scalar, ulp,
-};
-use super::{Measurement, create_treeless_measurement};
+use super::prelude::*;
+use super::textbook;
 
 /// A closed mesh of corners and triangles.
 #[derive(Clone, Debug)]
@@ -52,7 +44,7 @@ pub fn create_icosphere(levels: u32) -> ClosedMesh {
     }
     let mut corners: Vec<DVec3> = corners.into_iter().map(DVec3::normalize).collect();
     for _ in 0..levels {
-        let mut middles = std::collections::BTreeMap::new();
+        let mut middles = BTreeMap::new();
         let mut finer = vec![];
         for [a, b, c] in faces {
             let mut middle = |i: usize, j: usize| {
@@ -109,11 +101,11 @@ pub fn create_cube_mesh(n: usize) -> ClosedMesh {
 
 impl ClosedMesh {
     /// Returns the triangles of the mesh.
-    pub fn triangles<R: Real>(&self) -> Vec<Triangle<R>> {
-        let corners = |face: &[usize; 3]| face.map(|i| to_scalar::<R>(self.corners[i].as_dvec3()));
-        self.faces
-            .iter()
-            .map(|face| Triangle::new(corners(face)))
+    pub fn triangles<R: Real>(&self) -> Vec<AnyShape<R>> {
+        let corner = |i: usize| to_scalar::<R>(self.corners[i].as_dvec3());
+        let faces = self.faces.iter();
+        faces
+            .map(|face| Triangle::new(face.map(corner)).into())
             .collect()
     }
 
@@ -126,155 +118,171 @@ impl ClosedMesh {
         self
     }
 
-    /// Builds a geometry with a tree over the triangles of the mesh.
-    pub fn build_tree<R: Real>(&self) -> Geometry<R> {
-        let mut group = PrimitiveSet::<R>::default();
-        for triangle in self.triangles() {
-            group
-                .add_shape(triangle.into(), Visibility::default())
-                .expect("finite corners");
+    /// Draws a ray from a ball inside the mesh, of which centre and radius are given, towards a
+    /// target of a random face. Returns the index of the face, and the ray.
+    pub fn draw_inner_ray<R: Real>(
+        &self,
+        rng: &mut CaseRng,
+        (centre, radius): (DVec3, f64),
+        target: RayTarget,
+    ) -> (usize, Ray<R>) {
+        let face = (rng.next_bits() % self.faces.len() as u64) as usize;
+        let [a, b, c] = self.faces[face].map(|i| self.corners[i].as_dvec3());
+        let [u, v, depth] = [(); 3].map(|()| rng.next_in_unit_interval());
+        let edge = a + (b - a) * u;
+        let point = match target {
+            RayTarget::Corner => a,
+            RayTarget::Edge => edge,
+            RayTarget::FromCentre => rng.choose(&[a, edge]),
+            RayTarget::Anywhere => edge + (c - a) * (v * (1.0 - u)),
+        };
+        // From the centre the unnormalised direction *is* the target, so the ray passes exactly
+        // through a corner.
+        let ray = if target == RayTarget::FromCentre {
+            create_unnormalised_ray(centre, point - centre)
+        } else {
+            create_ray_towards(centre + rng.sample_direction() * (radius * depth), point)
+        };
+        (face, ray)
+    }
+
+    /// Returns the triangles at each corner, by the bits of its position.
+    fn fans<R: Real>(&self) -> BTreeMap<[u32; 3], Vec<AnyShape<R>>> {
+        let mut fans = BTreeMap::<_, Vec<_>>::new();
+        for (face, triangle) in self.faces.iter().zip(self.triangles()) {
+            for bits in self.corner_bits(face) {
+                fans.entry(bits).or_default().push(triangle);
+            }
         }
-        Geometry::new(group, AcceleratorKind::default())
+        fans
+    }
+
+    fn corner_bits(&self, face: &[usize; 3]) -> [[u32; 3]; 3] {
+        face.map(|i| self.corners[i].to_array().map(f32::to_bits))
     }
 }
 
-/// Points of a closed mesh at which the rays of a test case are aimed.
+/// Point of a random face of a mesh at which a ray is aimed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayTarget {
-    /// A corner of the mesh.
+    /// A corner.
     Corner,
-    /// A point on an edge of the mesh.
+    /// A point on an edge.
     Edge,
-    /// A corner or an edge, by rays from the exact centre of the mesh.
+    /// A corner or a point on an edge, by rays from the exact centre of the mesh.
     FromCentre,
-    /// A random direction.
+    /// Any point.
     Anywhere,
 }
 
-/// Judges rays from inside a closed mesh. Each ray must hit the mesh. `hits` is the tested
-/// function: it returns whether a ray hits the mesh.
-pub fn judge_mesh_leaks<R: Real>(
-    name: &str,
-    mesh: &ClosedMesh,
-    ray_target: RayTarget,
-    count: u32,
-    rays: RayCount,
-    hits: impl Fn(&Ray<R>) -> bool + Sync,
-) -> CaseOutcome {
-    judge_rays(
-        &format!("P21 {name} {ray_target:?}"),
-        60 + ray_target as u64,
-        count,
-        rays,
-        |rng| {
-            let face = mesh.faces[(rng.next_bits() % mesh.faces.len() as u64) as usize];
-            let corner = |i: usize| mesh.corners[face[i]].as_dvec3();
-            let along = rng.next_in_unit_interval();
-            let target = match ray_target {
-                RayTarget::Corner => corner(0),
-                RayTarget::Edge => corner(0) + (corner(1) - corner(0)) * along,
-                RayTarget::FromCentre if rng.next_sign() > 0.0 => corner(0),
-                RayTarget::FromCentre => corner(0) + (corner(1) - corner(0)) * along,
-                RayTarget::Anywhere => rng.sample_direction() * 2.0,
-            };
-            let origin = if ray_target == RayTarget::FromCentre {
-                DVec3::ZERO
-            } else {
-                round_to_f32(rng.sample_direction() * (0.9 * rng.next_in_unit_interval()))
-            };
-            // From the centre the unnormalised direction *is* the corner, so the ray passes exactly
-            // through it.
-            let ray = if ray_target == RayTarget::FromCentre {
-                create_unnormalised_ray::<R>(origin, target)
-            } else {
-                create_ray_towards::<R>(origin, target)
-            };
-            Verdict::from_condition(hits(&ray), || {
-                format!(
-                    "the ray leaves the closed mesh without a hit{}",
-                    format_ray_bits::<R>(&ray)
-                )
-            })
-        },
-    )
+impl RayTarget {
+    /// All targets.
+    pub const ALL: [Self; 4] = [Self::Corner, Self::Edge, Self::FromCentre, Self::Anywhere];
 }
 
-/// Judges rays from inside a closed mesh, with the library's tree over the mesh. Each ray must hit
-/// the mesh.
-pub fn judge_mesh_leaks_of_tree<R: Real>(
-    name: &str,
-    mesh: &ClosedMesh,
-    ray_target: RayTarget,
-    count: u32,
-    rays: RayCount,
-) -> CaseOutcome {
-    let geometry = mesh.build_tree::<R>();
-    judge_mesh_leaks(name, mesh, ray_target, count, rays, |ray| {
-        geometry
-            .closest(ray, Interval::positive(), &mut ())
-            .is_some()
-    })
+/// Judges rays from inside closed meshes, traversed by the fastest kernel. Each ray must hit.
+fn judge_leaks<R: Real>(trial: &mut Trial<R>, meshes: &[ClosedMesh], has_textbook: bool) {
+    let scenes: Vec<_> = meshes.iter().map(ClosedMesh::triangles).collect();
+    let kernels = Kernel::available();
+    let fastest = &kernels[kernels.len() - 1..];
+    trial.build_scenes_for(&scenes, &[BuildQuality::default()], fastest);
+    let count = if R::IS_SINGLE { 1_000_000 } else { 100_000 };
+    for ((scene, mesh), target) in meshes
+        .iter()
+        .enumerate()
+        .flat_map(|mesh| RayTarget::ALL.map(|target| (mesh, target)))
+    {
+        let (part, seed) = (format!("{target:?} of mesh {scene}"), 60 + target as u64);
+        let draw = |rng: &mut CaseRng| mesh.draw_inner_ray::<R>(rng, (DVec3::ZERO, 0.9), target);
+        trial.judge_rays(&part, (seed, count), |rng, _| {
+            Ok([TestRay::with_any_hit(scene, draw(rng).1)])
+        });
+        if has_textbook {
+            // A ray leaves a convex mesh once, beside its target.
+            let fans = mesh.fans();
+            trial.judge_textbook(&part, (seed, 100_000), |rng| {
+                let (face, ray) = draw(rng);
+                let mut near = mesh
+                    .corner_bits(&mesh.faces[face])
+                    .into_iter()
+                    .flat_map(|bits| &fans[&bits]);
+                let is_hit = near.any(|triangle| textbook::intersect(triangle, &ray).is_some());
+                Verdict::from_condition(is_hit, || "the textbook finds no hit")
+            });
+        }
+    }
 }
 
-/// Measures case P20: rays nearly in the plane of a thin distant triangle. If such a ray hits, the
+fn closed_meshes() -> [ClosedMesh; 2] {
+    [create_icosphere(5), create_cube_mesh(16)]
+}
+
+/// Judges case P21: rays at common edges and corners of closed meshes.
+pub(super) fn shared_edges<R: Real>(trial: &mut Trial<R>) {
+    judge_leaks(trial, &closed_meshes(), true);
+}
+
+/// Judges case P22: the closed meshes of P21, with every face or every second face flipped.
+pub(super) fn flipped_faces<R: Real>(trial: &mut Trial<R>) {
+    let flip = |every| closed_meshes().map(|mesh| mesh.flip_every_nth_face(every));
+    judge_leaks(trial, &[1, 2].map(flip).concat(), false);
+}
+
+/// Draws the corners of a thin triangle about 600 units from the origin: a needle with a bounding
+/// box of 11.2 × 9.7 × 1.4, or a needle of about that length and height in a random orientation.
+fn draw_needle(rng: &mut CaseRng) -> [DVec3; 3] {
+    let x = rng.sample_direction();
+    let y = rng.sample_offset_in_disc(x, 1.0).normalize();
+    let point = rng.sample_direction() * 600.0;
+    let diagonal = DVec3::new(11.2, 9.7, 1.4);
+    let corners = if rng.next_sign() > 0.0 {
+        let beside = rng.sample_point_in_cube() * DVec3::new(0.0, 0.5, 0.1);
+        let middle = diagonal * rng.next_uniform(0.6, 0.9) + beside;
+        [point, point + diagonal, point + middle]
+    } else {
+        [point, point + x * 11.2, point + x * 9.65 + y * 0.98]
+    };
+    corners.map(round_to_f32)
+}
+
+/// Judges case P20: rays nearly in the plane of a thin distant triangle. If such a ray hits, the
 /// hit point must lie in the triangle's box.
-pub(crate) fn measure_nearly_parallel_rays<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let outcome = judge_rays("P20", 52, 600_000, rays, |rng| {
-        let x = rng.sample_direction();
-        let y = rng.sample_offset_in_disc(x, 1.0).normalize();
-        let point = rng.sample_direction() * 600.0;
-        // A needle with a bounding box of 11.2 × 9.7 × 1.4, or a needle of about that length and
-        // height in a random orientation.
-        let diagonal = DVec3::new(11.2, 9.7, 1.4);
-        let corners = if rng.next_sign() > 0.0 {
-            [
-                point,
-                point + diagonal,
-                point
-                    + diagonal * rng.next_uniform(0.6, 0.9)
-                    + rng.sample_point_in_cube() * DVec3::new(0.0, 0.5, 0.1),
-            ]
-            .map(round_to_f32)
-        } else {
-            [point, point + x * 11.2, point + x * 9.65 + y * 0.98].map(round_to_f32)
-        };
-        let (x, y) = {
-            let x = (corners[1] - corners[0]).normalize();
-            let normal = x.cross(corners[2] - corners[0]).normalize();
-            (x, normal.cross(x))
-        };
+pub(super) fn nearly_parallel_rays<R: Real>(trial: &mut Trial<R>) {
+    trial.judge_shapes("", (52, 600_000), false, |rng| {
+        let corners = draw_needle(rng);
+        let [a, b, c] = corners;
+        let x = (b - a).normalize();
+        let normal = x.cross(c - a).normalize();
         let angle = rng.choose(&[0.5_f64, 0.01, 1e-4]).to_radians();
-        let normal = (corners[1] - corners[0])
-            .cross(corners[2] - corners[0])
-            .normalize();
-        let weights = (rng.next_in_unit_interval(), rng.next_in_unit_interval());
-        let target = corners[0]
-            + (corners[1] - corners[0]) * weights.0
-            + (corners[2] - corners[0]) * (weights.1 * (1.0 - weights.0));
-        let away = x * rng.next_uniform(-1.0, 1.0) + y * rng.next_uniform(-1.0, 1.0);
+        let [u, v] = [(); 2].map(|()| rng.next_in_unit_interval());
+        let target = a + (b - a) * u + (c - a) * (v * (1.0 - u));
+        let away = x * rng.next_uniform(-1.0, 1.0) + normal.cross(x) * rng.next_uniform(-1.0, 1.0);
         let origin = target + (away.normalize() + normal * angle) * 600.0;
         let ray = create_ray_towards::<R>(origin, target + rng.sample_point_in_cube() * 1e-3);
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-        let shape = Triangle::new(corners.map(to_scalar::<R>));
-        let Some(h) = nearest_hit::<R>(&shape, &ray) else {
-            return Verdict::Skipped;
-        };
-        let (low, high) = (
-            corners[0].min(corners[1]).min(corners[2]),
-            corners[0].max(corners[1]).max(corners[2]),
-        );
-        let on_ray = o + d * h.t.to_f64();
-        let on_plane = shape.surface(&PreparedRay::new(ray), h).point.to_f64();
-        let scale = low.abs().max(high.abs()).max(o.abs()).max_element();
-        let over = |p: DVec3| (low - p).max(p - high).max_element();
-        Verdict::from_error(over(on_ray), 16.0 * ulp(scale), || {
-            format!("distance of the ray's point at the hit from the bounding box of the triangle{} {shape:?}", format_ray_bits(&ray))
-        })
-        .and_then(|| {
-            Verdict::from_error(over(on_plane), 16.0 * ulp(scale), || {
-                format!("distance of the surface point from the bounding box of the triangle{} {shape:?}", format_ray_bits(&ray))
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let judge = move |hit: Option<FormulaHit>| {
+            let Some(FormulaHit { t, point, .. }) = hit else {
+                return Verdict::Skipped;
+            };
+            let scale = low.abs().max(high.abs()).max(o.abs()).max_element();
+            let over = |p: DVec3| (low - p).max(p - high).max_element();
+            let judge = |p, label| Verdict::from_error(over(p), 16.0 * ulp(scale), || label);
+            judge(
+                o + d * t,
+                "distance of the ray's point at the hit from the triangle's box",
+            )
+            .and_then(|| {
+                judge(
+                    point,
+                    "distance of the surface point from the triangle's box",
+                )
             })
-        })
+        };
+        Ok((
+            Triangle::new(corners.map(to_scalar::<R>)).into(),
+            ray,
+            judge,
+        ))
     });
-    vec![create_treeless_measurement::<R>(outcome)]
 }

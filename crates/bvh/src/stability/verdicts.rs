@@ -1,6 +1,8 @@
 //! Judgement of a case's random rays: the verdicts of an oracle (a computation of higher accuracy),
 //! and the outcome that counts them. Rays are judged in parallel.
 
+use core::fmt;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -127,7 +129,7 @@ pub fn format_ray_bits<R: Real>(ray: &Ray<R>) -> String {
 }
 
 /// Verdict about one ray of a case, from a comparison with an oracle (the exact result).
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Verdict {
     /// Right. The number is the error as a fraction of its bound, in 0..=1.
     Right(f64),
@@ -143,23 +145,20 @@ pub enum Verdict {
 impl Verdict {
     /// Creates the verdict about an error. It is right if the error is at most `bound`. Otherwise,
     /// and for NaN, it is wrong. `label` returns the message of a wrong verdict.
-    pub fn from_error(error: f64, bound: f64, label: impl FnOnce() -> String) -> Self {
+    pub fn from_error<L: fmt::Display>(error: f64, bound: f64, label: impl FnOnce() -> L) -> Self {
         if error <= bound {
-            Self::Right(error / bound)
-        } else {
-            Self::Wrong(format!(
-                "{}: {error:e}, at most {bound:e} is allowed",
-                label()
-            ))
+            return Self::Right(error / bound);
         }
+        let label = label();
+        Self::Wrong(format!("{label}: {error:e}, at most {bound:e} is allowed"))
     }
     /// Creates the verdict about a condition, which is right if the condition holds. `label`
     /// returns the message of a wrong verdict.
-    pub fn from_condition(condition: bool, label: impl FnOnce() -> String) -> Self {
+    pub fn from_condition<L: fmt::Display>(condition: bool, label: impl FnOnce() -> L) -> Self {
         if condition {
             Self::Right(0.0)
         } else {
-            Self::Wrong(label())
+            Self::Wrong(label().to_string())
         }
     }
     /// Combines this verdict with the verdict that `other` returns. If both are right, the result
@@ -170,6 +169,14 @@ impl Verdict {
                 Self::Right(b) => Self::Right(a.max(b)),
                 verdict => verdict,
             },
+            verdict => verdict,
+        }
+    }
+    /// Adds to the message of a wrong verdict what `detail` returns.
+    #[must_use]
+    pub fn with_detail(self, detail: impl FnOnce() -> String) -> Self {
+        match self {
+            Self::Wrong(message) => Self::Wrong(message + &detail()),
             verdict => verdict,
         }
     }
@@ -195,10 +202,11 @@ impl RayCount {
     }
 }
 
-/// Outcome of a case: how many of its rays were judged right, wrong, or not at all.
-#[derive(Clone, Debug)]
+/// Outcome of a case or of a part of it: how many of its rays were judged right, wrong, or not at
+/// all.
+#[derive(Clone, Debug, Default)]
 pub struct CaseOutcome {
-    /// Name of the case.
+    /// Number of the case and name of the part.
     pub case: String,
     /// Number of rays that the whole case has.
     pub rays: u64,
@@ -223,14 +231,27 @@ impl CaseOutcome {
     pub fn wrong_fraction(&self) -> f64 {
         self.wrong as f64 / (self.judged as f64).max(1.0)
     }
+    /// Counts the verdict about the ray with this index.
+    fn count_verdict(&mut self, index: u64, verdict: Verdict) {
+        self.judged += u64::from(matches!(verdict, Verdict::Right(_) | Verdict::Wrong(_)));
+        match verdict {
+            Verdict::Right(share) => self.worst = self.worst.max(share),
+            Verdict::Undecidable => self.undecidable += 1,
+            Verdict::Skipped => self.skipped += 1,
+            Verdict::Wrong(message) => {
+                self.wrong += 1;
+                let first = self.first_wrong.take();
+                self.first_wrong = first
+                    .filter(|first| first.0 < index)
+                    .or(Some((index, message)));
+            }
+        }
+    }
     /// Merges two outcomes: counts are added, and the greater error and the first wrong ray are
     /// kept. The name is that of `self`.
     #[must_use]
     pub fn merge(self, other: Self) -> Self {
-        let first = match (self.first_wrong, other.first_wrong) {
-            (Some(a), Some(b)) => Some(if a.0 <= b.0 { a } else { b }),
-            (a, b) => a.or(b),
-        };
+        let wrong = self.first_wrong.into_iter().chain(other.first_wrong);
         Self {
             case: self.case,
             rays: self.rays + other.rays,
@@ -240,14 +261,46 @@ impl CaseOutcome {
             wrong: self.wrong + other.wrong,
             skipped: self.skipped + other.skipped,
             worst: self.worst.max(other.worst),
-            first_wrong: first,
+            first_wrong: wrong.min_by_key(|first| first.0),
         }
     }
 }
 
-/// Judges the rays of a case in parallel and returns the outcome. The case has `count` rays, of
-/// which `rays` selects all or a part. The function `f` creates a ray from that ray's own random
-/// numbers and returns its verdict.
+/// Judges the rays of a case in parallel and returns the outcome of each of `settings` settings.
+/// The case has `count` rays, of which `rays` selects all or a part. The function `f` creates a ray
+/// from that ray's own random numbers and returns its verdict in each setting.
+pub(super) fn judge_settings(
+    case: &str,
+    (seed, count): (u64, u32),
+    rays: RayCount,
+    settings: usize,
+    f: impl Fn(&mut CaseRng) -> Vec<Verdict> + Sync,
+) -> Vec<CaseOutcome> {
+    let shot = rays.limit_ray_count(count);
+    let none = || vec![CaseOutcome::default(); settings];
+    let outcomes = (0..shot)
+        .into_par_iter()
+        .with_min_len(8)
+        .fold(none, |mut sums, index| {
+            let index = u64::from(index);
+            for (sum, verdict) in sums.iter_mut().zip(f(&mut CaseRng::new(seed, index))) {
+                sum.count_verdict(index, verdict);
+            }
+            sums
+        })
+        .reduce(none, |a, b| {
+            a.into_iter().zip(b).map(|(a, b)| a.merge(b)).collect()
+        });
+    let named = |outcome| CaseOutcome {
+        case: case.to_owned(),
+        rays: count.into(),
+        shot: shot.into(),
+        ..outcome
+    };
+    outcomes.into_iter().map(named).collect()
+}
+
+/// Judges the rays of a case in a single setting: [`judge_settings`] with one verdict a ray.
 pub fn judge_rays(
     case: &str,
     seed: u64,
@@ -255,47 +308,5 @@ pub fn judge_rays(
     rays: RayCount,
     f: impl Fn(&mut CaseRng) -> Verdict + Sync,
 ) -> CaseOutcome {
-    let empty = CaseOutcome {
-        case: case.to_owned(),
-        rays: 0,
-        shot: 0,
-        judged: 0,
-        undecidable: 0,
-        wrong: 0,
-        skipped: 0,
-        worst: 0.0,
-        first_wrong: None,
-    };
-    let none = || empty.clone();
-    let shot = rays.limit_ray_count(count);
-    let outcome = (0..shot)
-        .into_par_iter()
-        .with_min_len(512)
-        .fold(none, |mut sum, index| {
-            match f(&mut CaseRng::new(seed, u64::from(index))) {
-                Verdict::Right(share) => {
-                    (sum.judged, sum.worst) = (sum.judged + 1, sum.worst.max(share))
-                }
-                Verdict::Undecidable => sum.undecidable += 1,
-                Verdict::Skipped => sum.skipped += 1,
-                Verdict::Wrong(message) => {
-                    sum.judged += 1;
-                    sum.wrong += 1;
-                    if sum
-                        .first_wrong
-                        .as_ref()
-                        .is_none_or(|first| u64::from(index) < first.0)
-                    {
-                        sum.first_wrong = Some((index.into(), message));
-                    }
-                }
-            }
-            sum
-        })
-        .reduce(none, CaseOutcome::merge);
-    CaseOutcome {
-        rays: count.into(),
-        shot: shot.into(),
-        ..outcome
-    }
+    judge_settings(case, (seed, count), rays, 1, |rng| vec![f(rng)]).swap_remove(0)
 }

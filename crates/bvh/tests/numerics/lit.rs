@@ -224,7 +224,7 @@ fn s06_at_no_distance() {
         let to_itself = target.spawn_ray_to_point(target.point);
         Verdict::from_condition(
             to_itself.is_none_or(|(ray, range)| ray.is_finite() && range.max.is_finite()),
-            || "not finite".into(),
+            || "not finite",
         )
     })
     .expect_right(99_000);

@@ -4,11 +4,12 @@
 use std::env;
 use std::sync::LazyLock;
 
+use raywright_bvh::stability::trial::Measurement;
 pub use raywright_bvh::stability::verdicts::{
     CaseOutcome, CaseRng, RayCount, UNIT_ROUNDOFF, Verdict, create_ray_towards,
     create_unnormalised_ray, format_ray_bits, nearest_hit, round_to_f32, to_scalar, ulp,
 };
-use raywright_bvh::stability::{Measurement, verdicts};
+use raywright_bvh::stability::{measure_case, verdicts};
 
 /// All rays if the variable `RAYS` is `all`, otherwise a quarter.
 pub fn rays() -> RayCount {
@@ -67,37 +68,42 @@ impl Expect for CaseOutcome {
     }
 }
 
-/// Asserts every measurement of a case, of which each precision has at least one, and returns them.
-pub fn expect_all(number: &str, minimum: u64) -> Vec<Measurement> {
-    let measurements =
-        raywright_bvh::stability::measure_case(number, rays()).expect("a case of the library");
-    for Measurement {
-        setting, outcome, ..
-    } in &measurements
-    {
-        eprint!("{setting}: ");
-        outcome.expect_right(minimum);
+/// Asserts every part of a case of the library: no ray is wrong, and at least `share` of the rays
+/// are judged. Each precision has a measurement. Returns the textbook's outcomes of the parts.
+pub fn expect_all(number: &str, share: f64) -> Vec<CaseOutcome> {
+    let measurements = measure_case(number, rays()).expect("a case of the library");
+    for Measurement { setting, parts, .. } in &measurements {
+        for part in parts {
+            eprint!("{setting}: ");
+            part.expect_right((share * part.rays as f64).floor() as u64);
+        }
     }
     for precision in ["robust", "reference"] {
-        assert!(
-            measurements
-                .iter()
-                .any(|measurement| measurement.setting.starts_with(precision)),
-            "{number} in {precision}"
-        );
+        let is_of = |measurement: &Measurement| measurement.setting.starts_with(precision);
+        assert!(measurements.iter().any(is_of), "{number} in {precision}");
     }
     measurements
+        .into_iter()
+        .next()
+        .expect("one of each")
+        .textbook
 }
 
-/// Fraction of rays that textbook formulas get wrong, printed beside those of `robust` and
-/// `reference` on the same rays.
-pub fn textbook_share(outcomes: [CaseOutcome; 3]) -> f64 {
-    let [textbook, robust, reference] = outcomes
-        .each_ref()
-        .map(|outcome| 100.0 * outcome.wrong_fraction());
-    let case = &outcomes[0].case;
+/// Asserts that the textbook's formulas fail where the specification says so, so that a case is
+/// hard: in more than `share` of the rays of the part with this name, in all such parts together.
+pub fn expect_hard(textbook: &[CaseOutcome], part: &str, share: f64) {
+    let parts = textbook
+        .iter()
+        .filter(|outcome| outcome.case.contains(part))
+        .cloned();
+    let outcome = parts
+        .reduce(CaseOutcome::merge)
+        .expect("a part of the textbook");
+    let wrong = outcome.wrong_fraction();
     eprintln!(
-        "{case}: the textbook is wrong in {textbook:.3} %, robust in {robust:.3} %, reference in {reference:.3} %"
+        "{}: the textbook is wrong in {:.3} %",
+        outcome.case,
+        100.0 * wrong
     );
-    outcomes[0].wrong_fraction()
+    assert!(wrong > share, "{}: only {wrong} wrong", outcome.case);
 }

@@ -2,12 +2,11 @@
 //! textbook formulas are timed alternately by the CPU time of a thread.
 
 use core::hint::black_box;
-use std::rc::Rc;
 
-use glam::{DVec3, Vec3};
-use raywright_bvh::stability::cost_comparison::{self, CostComparison, TimedWork};
-use raywright_bvh::stability::verdicts::CaseRng;
-use raywright_bvh::{Real, Vector};
+use raywright_bvh::stability::cost_comparison::{
+    CostComparison, build_cost_comparison, compare_formulas,
+};
+use raywright_bvh::stability::prelude::*;
 
 use super::shading::textbook_shading_frame;
 use crate::bench::SampleQuantiles;
@@ -28,21 +27,6 @@ pub struct CaseCost {
 
 /// Number of timed rounds. A round before them is not counted.
 const ROUNDS: usize = 15;
-
-/// Number of random samples; below, the number of times that each sample is computed in a round.
-const SAMPLES: u32 = 4096;
-const TURNS: u32 = 40;
-
-/// Returns the textbook formula and the library's formulas for the hard case with this number,
-/// ready to be timed. `None` for a case without textbook formula.
-pub fn build_formula_comparison(number: &str) -> Option<CostComparison> {
-    Some(match number {
-        "S09" => frame_comparison(),
-        "S11" => reflection_comparison(),
-        "S13" => reflectance_comparison(),
-        _ => return cost_comparison::build_cost_comparison(number),
-    })
-}
 
 /// Times the textbook formula and the library's formulas for the hard case with this number. `None`
 /// for a case without textbook formula.
@@ -77,93 +61,63 @@ pub fn time_case_formulas(number: &str) -> Option<CaseCost> {
     })
 }
 
-/// Returns the work of timing three formulas on random samples. `value_of` creates a sample.
-/// `works` holds the textbook formula, then the library's formula in the precisions `robust` and
-/// `reference`.
-fn comparison_over_samples<S: 'static>(
-    label: &'static str,
-    value_of: impl Fn(&mut CaseRng) -> S,
-    works: [fn(&S); 3],
-) -> CostComparison {
-    let samples: Rc<[S]> = (0..SAMPLES)
-        .map(|index| value_of(&mut CaseRng::new(2, index.into())))
-        .collect();
-    let [textbook, robust, reference] = works.map(|work| {
-        let samples = samples.clone();
-        Box::new(move || (0..TURNS).for_each(|_| samples.iter().for_each(work))) as TimedWork
-    });
-    CostComparison {
-        label,
-        count: SAMPLES * TURNS,
-        textbook,
-        library: [robust, reference],
-    }
+/// Number of times that each sample is computed in a round.
+const TURNS: u32 = 40;
+
+/// Returns the textbook formula and the library's formulas for the hard case with this number,
+/// ready to be timed. `None` for a case without textbook formula.
+pub fn build_formula_comparison(number: &str) -> Option<CostComparison> {
+    Some(match number {
+        "S09" => compare_formulas(
+            "a shading frame about a normal",
+            TURNS,
+            |rng| draw_directions(rng)[0],
+            |&(n, _)| consume(textbook_shading_frame(n)),
+            |&(n, _)| consume(ShadingFrame::<f32>::from_normal(n)),
+            |&(_, n)| consume(ShadingFrame::<f64>::from_normal(n)),
+        ),
+        // d − 2(d·n)n in f32, and the library's.
+        "S11" => compare_formulas(
+            "a mirror-reflected direction",
+            TURNS,
+            draw_directions,
+            |&[(d, _), (n, _)]| consume(d - n * (2.0 * d.dot(n))),
+            |&[(d, _), (n, _)]| consume(reflect::<f32>(d, n)),
+            |&[(_, d), (_, n)]| consume(reflect::<f64>(d, n)),
+        ),
+        // Schlick's approximation in f32, and the library's Fresnel equations, which use f64 in both
+        // precisions.
+        "S13" => compare_formulas(
+            "a reflectance of glass",
+            TURNS,
+            |rng| rng.next_in_unit_interval() as f32,
+            |&cosine| consume(0.04 + 0.96 * (1.0 - cosine).powi(5)),
+            |&cosine| consume(reflectance_of_glass(cosine)),
+            |&cosine| consume(reflectance_of_glass(cosine)),
+        ),
+        _ => return build_cost_comparison(number),
+    })
 }
 
-/// Returns the formulas for a shading frame about a normal.
-fn frame_comparison() -> CostComparison {
-    let drawn = |rng: &mut CaseRng| {
-        let n = rng.sample_direction();
-        (n.as_vec3(), n)
-    };
-    comparison_over_samples(
-        "a shading frame about a normal",
-        drawn,
-        [
-            |&(n, _)| {
-                black_box(textbook_shading_frame(n));
-            },
-            |&(n, _)| {
-                black_box(ShadingFrame::<f32>::from_normal(n));
-            },
-            |&(_, n)| {
-                black_box(ShadingFrame::<f64>::from_normal(n));
-            },
-        ],
-    )
+/// Keeps the compiler from leaving out a computation without further use.
+fn consume<T>(value: T) {
+    black_box(value);
 }
 
-/// Returns the formulas for a mirrored direction: d − 2(d·n)n in f32, and the library's. d is the
-/// direction and n the normal.
-fn reflection_comparison() -> CostComparison {
-    fn reflect_direction<R: Real>([d, n]: [R::Vec3; 2]) {
-        black_box(R::Vec3::from_f64(
-            SmoothInterface::new(d.to_f64(), n.to_f64(), 1.0).reflected,
-        ));
-    }
-    let drawn = |rng: &mut CaseRng| {
-        let pair = [rng.sample_direction(), rng.sample_direction()];
-        (pair.map(|v| v.as_vec3()), pair)
-    };
-    let by_textbook = |&([d, n], _): &([Vec3; 2], [DVec3; 2])| {
-        black_box(d - n * (2.0 * d.dot(n)));
-    };
-    comparison_over_samples(
-        "a mirror-reflected direction",
-        drawn,
-        [
-            by_textbook,
-            |&(pair, _)| reflect_direction::<f32>(pair),
-            |&(_, pair)| reflect_direction::<f64>(pair),
-        ],
-    )
+/// Draws two directions in both precisions.
+fn draw_directions(rng: &mut CaseRng) -> [(Vec3, DVec3); 2] {
+    [(); 2].map(|()| {
+        let direction = rng.sample_direction();
+        (direction.as_vec3(), direction)
+    })
 }
 
-/// Returns the formulas for a reflectance: Schlick's approximation in f32, and the library's
-/// Fresnel equations. The latter use f64 in both precisions.
-fn reflectance_comparison() -> CostComparison {
-    let schlick = |&cosine: &f32| {
-        let (r0, m) = (0.04_f32, 1.0 - cosine);
-        black_box(r0 + (1.0 - r0) * (m * m * m * m * m));
-    };
-    let exact = |&cosine: &f32| {
-        let (cosine, eta) = (f64::from(cosine), 1.5_f64.recip());
-        let beyond = (1.0 - eta * eta * (1.0 - cosine) * (1.0 + cosine)).sqrt();
-        black_box(fresnel_dielectric(cosine, Some(beyond), eta));
-    };
-    comparison_over_samples(
-        "a reflectance of glass",
-        |rng| rng.next_in_unit_interval() as f32,
-        [schlick, exact, exact],
-    )
+fn reflect<R: Real>(d: R::Vec3, n: R::Vec3) -> R::Vec3 {
+    R::Vec3::from_f64(SmoothInterface::new(d.to_f64(), n.to_f64(), 1.0).reflected)
+}
+
+fn reflectance_of_glass(cosine: f32) -> f64 {
+    let (cosine, eta) = (f64::from(cosine), 1.5_f64.recip());
+    let beyond = (1.0 - eta * eta * (1.0 - cosine) * (1.0 + cosine)).sqrt();
+    fresnel_dielectric(cosine, Some(beyond), eta)
 }

@@ -1,27 +1,9 @@
 //! Numerically hard cases S13, S14, S15: Fresnel reflectance from normal to grazing incidence, and
 //! between media of nearly equal refractive index.
 
-use glam::DVec3;
-use raywright_bvh::stability::Measurement;
-use raywright_bvh::stability::verdicts::{
-    CaseOutcome, CaseRng, RayCount, UNIT_ROUNDOFF, Verdict, judge_rays,
-};
+use raywright_bvh::stability::prelude::*;
 
 use crate::material::{SmoothInterface, fresnel_dielectric};
-
-/// Returns the measurements of the precisions `robust` and `reference`. They are equal, because the
-/// computation always uses f64. Each is paired with the result of the textbook formula.
-fn precision_independent_measurements(
-    outcome: &CaseOutcome,
-    textbook: Option<&CaseOutcome>,
-) -> Vec<Measurement> {
-    let value_of = |setting: &str| Measurement {
-        setting: setting.to_owned(),
-        outcome: outcome.clone(),
-        textbook: textbook.cloned(),
-    };
-    vec![value_of("robust"), value_of("reference")]
-}
 
 /// Returns the smooth interface that a ray meets on a horizontal boundary from above. `cosine` is
 /// the cosine of the angle of incidence, `eta` the relative index of refraction.
@@ -64,79 +46,61 @@ fn draw_cosine(rng: &mut CaseRng) -> f64 {
     }
 }
 
-/// Measures case S13: reflectance between media with a relative index of exactly or nearly one.
-pub fn measure_matched_indices(rays: RayCount) -> Vec<Measurement> {
-    let drawn = |rng: &mut CaseRng| {
-        let ratio = rng.choose(&[1.0, 1.0003, 1.0 + 1e-6]);
-        (
-            draw_cosine(rng),
-            if rng.next_sign() > 0.0 {
-                ratio
-            } else {
-                1.0 / ratio
-            },
-        )
-    };
-    let describe = |cosine: f64, eta: f64| {
+/// Draws a ratio of indices from a list, or its inverse.
+fn draw_ratio(rng: &mut CaseRng, ratios: &[f64]) -> f64 {
+    let ratio = rng.choose(ratios);
+    rng.choose(&[ratio, 1.0 / ratio])
+}
+
+/// Judges a reflectance, which lies in [0, 1], by its error.
+fn judge_reflectance(found: f64, expected: f64, bound: f64, [cosine, eta]: [f64; 2]) -> Verdict {
+    let label = || {
         format!(
-            "reflectance at the cosine with bits {:016x} and the ratio of indices {eta}",
+            "reflectance {found} instead of {expected} at the cosine with bits {:016x} and the ratio of indices {eta}",
             cosine.to_bits()
         )
     };
-    let judged = |f: &(dyn Fn(f64, f64) -> f64 + Sync)| {
-        judge_rays("S13", 411, 200_000, rays, |rng| {
-            let (cosine, eta) = drawn(rng);
-            let (found, requested) = (
-                f(cosine, eta),
-                accurate_reflectance(cosine, eta).unwrap_or(1.0),
-            );
-            Verdict::from_error((found - requested).abs(), 1e-6, || describe(cosine, eta)).and_then(
-                || Verdict::from_condition((0.0..=1.0).contains(&found), || describe(cosine, eta)),
-            )
-        })
-    };
-    let straight = judge_rays("S13 straight", 412, 50_000, rays, |rng| {
-        let (d, n) = (rng.sample_direction(), rng.sample_direction());
-        let n = if d.dot(n) < 0.0 { n } else { -n };
-        let off = SmoothInterface::new(d, n, 1.0)
-            .refracted
-            .map_or(f64::INFINITY, |refracted| {
-                (refracted - d).abs().max_element()
-            });
-        Verdict::from_error(off, 4.0 * UNIT_ROUNDOFF, || format!("{d} at {n}"))
-    });
-    // Schlick's approximation approaches one at grazing angles for any indices.
-    let textbook = judged(&|cosine, eta| interface_at_cosine(cosine, eta).schlick(cosine));
-    precision_independent_measurements(
-        &judged(&|cosine, eta| interface_at_cosine(cosine, eta).fresnel()).merge(straight),
-        Some(&textbook),
-    )
+    Verdict::from_error((found - expected).abs(), bound, label)
+        .and_then(|| Verdict::from_condition((0.0..=1.0).contains(&found), label))
 }
 
-/// Measures case S14: the relative error of the Fresnel reflectance of glasses and diamond, from
+/// Judges case S13: reflectance between media with a relative index of exactly or nearly one. The
+/// textbook's formula is Schlick's approximation, which approaches one at grazing angles for any
+/// indices.
+pub(super) fn matched_indices<R: Real>(trial: &mut Trial<R>) {
+    trial.judge("", (411, 200_000), |rng| {
+        let eta = draw_ratio(rng, &[1.0, 1.0003, 1.0 + 1e-6]);
+        let cosine = draw_cosine(rng);
+        let expected = accurate_reflectance(cosine, eta).unwrap_or(1.0);
+        let interface = interface_at_cosine(cosine, eta);
+        [interface.fresnel(), interface.schlick(cosine)]
+            .map(|found| judge_reflectance(found, expected, 1e-6, [cosine, eta]))
+    });
+    trial.judge("straight", (412, 50_000), |rng| {
+        let (d, n) = (rng.sample_direction(), rng.sample_direction());
+        let n = n * -d.dot(n).signum();
+        let refracted = SmoothInterface::new(d, n, 1.0).refracted;
+        let off = refracted.map_or(f64::INFINITY, |v| (v - d).abs().max_element());
+        [Verdict::from_error(off, 4.0 * UNIT_ROUNDOFF, || {
+            format!("refraction of {d} at {n}")
+        })]
+    });
+}
+
+/// Judges case S14: the relative error of the Fresnel reflectance of glasses and diamond, from
 /// outside and from inside.
-pub fn measure_fresnel(rays: RayCount) -> Vec<Measurement> {
-    let outcome = judge_rays("S14", 413, 400_000, rays, |rng| {
-        let ior = rng.choose(&[1.333, 1.5, 1.7, 2.42]);
-        let eta = if rng.next_sign() > 0.0 {
-            ior
-        } else {
-            1.0 / ior
-        };
+pub(super) fn fresnel<R: Real>(trial: &mut Trial<R>) {
+    trial.judge("", (413, 400_000), |rng| {
+        let eta = draw_ratio(rng, &[1.333, 1.5, 1.7, 2.42]);
         let cosine = if rng.next_bits().is_multiple_of(50) {
             rng.choose(&[0.0, -0.0, 1.0, 1.0 + 2.0 * UNIT_ROUNDOFF])
         } else {
             draw_cosine(rng)
         };
         let beyond2 = 1.0 - eta * eta * (1.0 - cosine) * (1.0 + cosine);
-        let found = fresnel_dielectric(cosine, (beyond2 >= 0.0).then(|| beyond2.sqrt()), eta);
-        let requested = accurate_reflectance(cosine.clamp(0.0, 1.0), eta).unwrap_or(1.0);
-        let describe = || {
-            format!(
-                "reflectance at the cosine with bits {:016x} and the ratio of indices {eta}, {found} instead of {requested}",
-                cosine.to_bits()
-            )
-        };
+        let beyond = (beyond2 >= 0.0).then(|| beyond2.sqrt());
+        let found = fresnel_dielectric(cosine, beyond, eta);
+        let expected = accurate_reflectance(cosine.clamp(0.0, 1.0), eta).unwrap_or(1.0);
         // Transmittance by the amplitudes of both polarisations, the complement of the reflectance.
         let through = if beyond2 > 0.0 && cosine > 0.0 && cosine <= 1.0 {
             let (c, b) = (cosine, beyond2.sqrt());
@@ -145,45 +109,27 @@ pub fn measure_fresnel(rays: RayCount) -> Vec<Measurement> {
         } else {
             1.0 - found
         };
-        Verdict::from_error((found - requested).abs(), 1e-6 * requested, describe)
-            .and_then(|| Verdict::from_condition((0.0..=1.0).contains(&found), describe))
-            .and_then(|| Verdict::from_error((found + through - 1.0).abs(), 1e-6, describe))
+        [
+            judge_reflectance(found, expected, 1e-6 * expected, [cosine, eta])
+                .and_then(|| judge_reflectance(found, 1.0 - through, 1e-6, [cosine, eta])),
+        ]
     });
-    precision_independent_measurements(&outcome, None)
 }
 
-/// Measures case S15: the difference between Schlick's approximation and the Fresnel equations. It
+/// Judges case S15: the difference between Schlick's approximation and the Fresnel equations. It
 /// must not exceed its known maximum. For a ray from inside, the cosine is taken in the thinner
-/// medium.
-pub fn measure_schlick(rays: RayCount) -> Vec<Measurement> {
-    let outcome = judge_rays("S15", 414, 40_000, rays, |rng| {
+/// medium; the textbook takes that inside.
+pub(super) fn schlick<R: Real>(trial: &mut Trial<R>) {
+    trial.judge("", (414, 40_000), |rng| {
         let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
         let outside = rng.next_in_unit_interval();
-        let requested = accurate_reflectance(outside, 1.0 / ior).unwrap_or(1.0);
-        let describe = || {
-            format!(
-                "Schlick's reflectance at the cosine with bits {:016x} and the index of refraction {ior}",
-                outside.to_bits()
-            )
-        };
-        let from_without = interface_at_cosine(outside, 1.0 / ior).schlick(outside);
+        let expected = accurate_reflectance(outside, 1.0 / ior).unwrap_or(1.0);
         // Cosine of the same ray in the reverse direction.
         let inside = (1.0 - (1.0 - outside) * (1.0 + outside) / (ior * ior)).sqrt();
-        let from_within = interface_at_cosine(inside, ior).schlick(outside);
-        Verdict::from_error((from_without - requested).abs(), maximum + 5e-4, describe).and_then(
-            || Verdict::from_error((from_within - requested).abs(), maximum + 5e-4, describe),
-        )
+        let within = interface_at_cosine(inside, ior);
+        let judge = |found, eta| judge_reflectance(found, expected, maximum + 5e-4, [outside, eta]);
+        let from_outside = interface_at_cosine(outside, 1.0 / ior).schlick(outside);
+        let own = judge(from_outside, 1.0 / ior).and_then(|| judge(within.schlick(outside), ior));
+        [own, judge(within.schlick(inside), ior)]
     });
-    let textbook = judge_rays("S15", 414, 40_000, rays, |rng| {
-        let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
-        let outside = rng.next_in_unit_interval();
-        let inside = (1.0 - (1.0 - outside) * (1.0 + outside) / (ior * ior)).sqrt();
-        let requested = accurate_reflectance(outside, 1.0 / ior).unwrap_or(1.0);
-        Verdict::from_error(
-            (interface_at_cosine(inside, ior).schlick(inside) - requested).abs(),
-            maximum + 5e-4,
-            || format!("index {ior}"),
-        )
-    });
-    precision_independent_measurements(&outcome, Some(&textbook))
 }

@@ -1,17 +1,8 @@
 //! Numerically hard cases S09, S10, S11: shading frames about normals, normalisation of vectors,
 //! and long paths between mirrors.
 
-use glam::{DVec3, Vec3};
-use rayon::prelude::*;
-use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
-use raywright_bvh::stability::verdicts::{
-    CaseOutcome, CaseRng, RayCount, Verdict, create_unnormalised_ray, judge_rays, round_to_f32,
-    to_scalar,
-};
-use raywright_bvh::stability::{Measurement, create_treeless_measurement};
-use raywright_bvh::{
-    AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
-};
+use raywright_bvh::stability::prelude::*;
+use raywright_bvh::stability::sphere::build_sphere;
 
 use crate::material::{Bsdf, Lobe, NormalMap, ShadingFrame, SmoothInterface};
 
@@ -31,21 +22,17 @@ fn draw_normal<R: Real>(rng: &mut CaseRng) -> R::Vec3 {
     to_scalar::<R>(n / n.length())
 }
 
-/// Returns the largest deviation of three vectors from an orthonormal frame, measured by their
+/// Judges three vectors by their largest deviation from an orthonormal frame, measured by their
 /// lengths and dot products.
-fn orthonormality_error(frame: [DVec3; 3]) -> f64 {
+fn judge_frame<const N: usize>(frame: [DVec3; 3], bits: [u32; N]) -> Verdict {
     let [t, b, n] = frame;
-    let lengths = frame.map(|v| (v.length() - 1.0).abs());
-    [t.dot(b), b.dot(n), n.dot(t)]
-        .into_iter()
-        .chain(lengths)
-        .fold(0.0, |maximum, x| {
-            if x.abs() > maximum || x.is_nan() {
-                x.abs()
-            } else {
-                maximum
-            }
+    let errors = [t.dot(b), b.dot(n), n.dot(t)].into_iter();
+    let errors = errors.chain(frame.map(|v| v.length() - 1.0));
+    errors.fold(Verdict::Right(0.0), |verdict, error| {
+        verdict.and_then(|| {
+            Verdict::from_error(error.abs(), 4e-7, || format!("frame about {bits:08x?}"))
         })
+    })
 }
 
 /// Returns the shading frame about a normal by the textbook formula. The formula always divides by
@@ -60,61 +47,36 @@ pub(super) fn textbook_shading_frame(n: Vec3) -> [Vec3; 3] {
     ]
 }
 
-/// Measures case S09: shading frames about any normal must be orthonormal.
-pub fn measure_shading_frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let describe = |n: R::Vec3| format!("{:08x?}", n.to_f32().to_array().map(f32::to_bits));
-    let outcome = judge_rays("S09", 401, 1_000_000, rays, |rng| {
+/// Judges case S09: shading frames about any normal must be orthonormal.
+pub(super) fn shading_frames<R: Real>(trial: &mut Trial<R>) {
+    trial.judge("", (401, 1_000_000), |rng| {
         let n = draw_normal::<R>(rng);
-        let ShadingFrame {
-            tangent,
-            bitangent,
-            normal,
-        } = ShadingFrame::<R>::from_normal(n);
-        Verdict::from_error(
-            orthonormality_error([tangent, bitangent, normal].map(|v| v.to_f64())),
-            4e-7,
-            || describe(n),
-        )
+        let bits = n.to_f32().to_array().map(f32::to_bits);
+        let frame = ShadingFrame::<R>::from_normal(n);
+        let frame = [frame.tangent, frame.bitangent, frame.normal].map(Vector::to_f64);
+        let textbook = textbook_shading_frame(n.to_f32()).map(|v| v.as_dvec3());
+        [frame, textbook].map(|frame| judge_frame(frame, bits))
     });
-    let textbook = judge_rays("S09", 401, 1_000_000, rays, |rng| {
-        let n = draw_normal::<R>(rng);
-        Verdict::from_error(
-            orthonormality_error(textbook_shading_frame(n.to_f32()).map(|v| v.as_dvec3())),
-            4e-7,
-            || describe(n),
-        )
-    });
-    vec![Measurement {
-        textbook: Some(textbook),
-        ..create_treeless_measurement::<R>(outcome)
-    }]
 }
 
-/// Measures case S10: normalisation of vectors of any length. These are the normal from a normal
-/// map, the tangent of its frame, and the reflected direction at a boundary.
-pub fn measure_normalisation<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let outcome = judge_rays("S10", 402, 200_000, rays, |rng| {
+/// Judges case S10: normalisation of vectors of any length. These are the normal from a normal map,
+/// the tangent of its frame, and the reflected direction at a boundary.
+pub(super) fn normalisation<R: Real>(trial: &mut Trial<R>) {
+    trial.judge("", (402, 200_000), |rng| {
         let n = to_scalar::<R>(rng.sample_direction());
         let length = rng.choose(&[0.0, 1e-30, 1e-22, 1e-10, 1.0, 1e10, 1e19]);
         let v = to_scalar::<R>(rng.sample_direction() * length);
-        let describe = || {
-            format!(
-                "deviation from length 1 of a normalised vector, of length {length:e} and bits {:08x?} before",
-                v.to_f32().to_array().map(f32::to_bits)
-            )
+        let unit = |w: DVec3, bound: f64| {
+            Verdict::from_error((w.length() - 1.0).abs(), bound, || {
+                let bits = v.to_f32().to_array().map(f32::to_bits);
+                format!("deviation from length 1 of a normalised vector, of length {length:e} and bits {bits:08x?} before")
+            })
         };
-        let unit =
-            |w: DVec3, bound: f64| Verdict::from_error((w.length() - 1.0).abs(), bound, describe);
         let roundoff = R::ROUNDOFF.to_f64();
         // The stored normal has unit length within one rounding of each component.
         let within = 2.0 * roundoff + (n.to_f64().length() - 1.0).abs();
         let frame = ShadingFrame::<R>::from_tangent(n, v, false);
         let direction = round_to_f32(rng.sample_direction());
-        let facing = if n.to_f64().dot(direction) < 0.0 {
-            direction
-        } else {
-            -direction
-        };
         let map = NormalMap::<R> {
             normal: n,
             along: frame.tangent,
@@ -122,20 +84,17 @@ pub fn measure_normalisation<R: Real>(rays: RayCount) -> Vec<Measurement> {
             code: v,
             geometric: n,
             outside: true,
-            direction: to_scalar::<R>(facing),
+            direction: to_scalar::<R>(direction * -n.to_f64().dot(direction).signum()),
         };
-        let interface = SmoothInterface::new(v.to_f64(), n.to_f64(), 1.0);
-        unit(map.perturbed_normal().to_f64(), 4.0 * roundoff + within)
-            .and_then(|| unit(frame.tangent.to_f64(), 4e-7_f64.max(within)))
-            .and_then(|| {
-                if length == 0.0 {
-                    Verdict::Right(0.0)
-                } else {
-                    unit(interface.reflected, 2.0 * roundoff.max(1e-15))
-                }
-            })
+        let reflected = SmoothInterface::new(v.to_f64(), n.to_f64(), 1.0).reflected;
+        let mapped = unit(map.perturbed_normal().to_f64(), 4.0 * roundoff + within)
+            .and_then(|| unit(frame.tangent.to_f64(), 4e-7_f64.max(within)));
+        [if length == 0.0 {
+            mapped
+        } else {
+            mapped.and_then(|| unit(reflected, 2.0 * roundoff.max(1e-15)))
+        }]
     });
-    vec![create_treeless_measurement::<R>(outcome)]
 }
 
 /// Number of bounces of a ray between mirrors; below, the number of rays for each arrangement of
@@ -143,24 +102,23 @@ pub fn measure_normalisation<R: Real>(rays: RayCount) -> Vec<Measurement> {
 const BOUNCES: u32 = 10_000;
 const MIRRORED: u32 = 60;
 
-/// Traces a ray between mirrors by the same operations as a path: closest hit, surface, mirror
-/// lobe, and start of the next ray. Returns two errors; `None` if the ray escapes.
-///
-/// - The first is the largest deviation of the direction's length from 1.
-/// - The second is the largest change of `invariant`, a function that is constant along an exact
-///   path.
-fn trace_mirror_bounces<R: Real>(
-    geometry: &Geometry<R>,
+/// Traces a ray between mirrors by the same operations as a path: closest hit, surface, mirror lobe,
+/// and start of the next ray. Judges two errors: the deviation of the direction's length from 1, and
+/// the change of `invariant`, a function that is constant along an exact path.
+fn judge_mirror_bounces<R: Real>(
+    mirrors: impl IntoIterator<Item = AnyShape<R>>,
     mut ray: Ray<R>,
     invariant: impl Fn(&Ray<R>) -> f64,
-) -> Option<[f64; 2]> {
+) -> Verdict {
+    let geometry = build_geometry(mirrors, AcceleratorKind::Linear);
     let before = invariant(&ray);
     let (mut length, mut drift) = (0.0_f64, 0.0_f64);
-    for _ in 0..BOUNCES {
-        let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
+    for bounce in 0..BOUNCES {
+        let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
+            return Verdict::Wrong(format!("the ray escapes at bounce {bounce}"));
+        };
         let surface = geometry.surface(&ray, &hit);
-        let faces = surface.normal.dot(ray.direction) < R::ZERO;
-        let normal = if faces {
+        let normal = if surface.normal.dot(ray.direction) < R::ZERO {
             surface.normal
         } else {
             -surface.normal
@@ -169,97 +127,48 @@ fn trace_mirror_bounces<R: Real>(
             f0: Vector::ONE,
             f90: Vector::ONE,
         });
-        let bsdf_sample = mirror.sample(
-            &ShadingFrame::from_normal(normal),
-            -ray.direction,
-            [R::ZERO; 3],
-        );
-        ray = Ray::new(
-            surface.spawn_ray_origin(bsdf_sample.direction),
-            bsdf_sample.direction,
-        );
-        length = length.max((ray.direction.to_f64().length() - 1.0).abs());
+        let frame = ShadingFrame::from_normal(normal);
+        let direction = mirror
+            .sample(&frame, -ray.direction, [R::ZERO; 3])
+            .direction;
+        ray = Ray::new(surface.spawn_ray_origin(direction), direction);
+        length = length.max((direction.to_f64().length() - 1.0).abs());
         drift = drift.max((invariant(&ray) - before).abs());
     }
-    Some([length, drift])
+    Verdict::from_error(
+        length,
+        1e-5,
+        || "deviation of the direction's length from 1",
+    )
+    .and_then(|| Verdict::from_error(drift, 1e-3, || "change of the ray's constant"))
 }
 
-/// Traces rays between mirrors in parallel and returns their errors. `made` traces one ray with its
-/// own random numbers. See [`trace_mirror_bounces`] for the two errors.
-fn trace_mirror_rays(
-    seed: u64,
-    made: impl Fn(&mut CaseRng) -> Option<[f64; 2]> + Sync,
-) -> Vec<Option<[f64; 2]>> {
-    (0..MIRRORED)
-        .into_par_iter()
-        .map(|index| made(&mut CaseRng::new(seed, index.into())))
-        .collect()
-}
-
-/// Measures case S11. Rays between two parallel mirrors must keep their angle. Rays in a mirrored
-/// ball must keep their distance from the centre. The errors are the change of this angle or
-/// distance, and the deviation of the direction's length from 1.
-pub fn measure_mirror_bounces<R: Real>(rays: RayCount) -> Vec<Measurement> {
-    let geometry = |shapes: &[AnyShape<R>]| {
-        let mut group = PrimitiveSet::<R>::default();
-        for &shape in shapes {
-            group
-                .add_shape(shape, Visibility::default())
-                .expect("finite shapes");
-        }
-        Geometry::new(group, AcceleratorKind::Linear)
-    };
-    let walls = trace_mirror_rays(403, |rng| {
+/// Judges case S11. Rays between two parallel mirrors must keep their angle. Rays in a mirrored ball
+/// must keep their distance from the centre.
+pub(super) fn mirror_bounces<R: Real>(trial: &mut Trial<R>) {
+    trial.judge("between walls", (403, MIRRORED), |rng| {
         let n = rng.sample_direction();
         let (x, y) = n.any_orthonormal_pair();
         let half = 1e5;
-        let wall = |at: f64| {
-            AnyShape::Quad(Quad::new(
-                n * at - (x + y) * half,
-                x * (2.0 * half),
-                y * (2.0 * half),
-            ))
-        };
-        let d = round_to_f32(
-            (n + x * rng.next_uniform(-2.0, 2.0) + y * rng.next_uniform(-2.0, 2.0)).normalize(),
-        );
-        trace_mirror_bounces(
-            &geometry(&[wall(-1.0), wall(1.0)]),
-            create_unnormalised_ray::<R>(DVec3::ZERO, d),
-            |ray| ray.direction.to_f64().normalize().dot(n).abs(),
-        )
+        let wall =
+            |at: f64| Quad::new(n * at - (x + y) * half, x * (2.0 * half), y * (2.0 * half)).into();
+        let d = n + x * rng.next_uniform(-2.0, 2.0) + y * rng.next_uniform(-2.0, 2.0);
+        let ray = create_unnormalised_ray(DVec3::ZERO, round_to_f32(d.normalize()));
+        let angle = |ray: &Ray<R>| ray.direction.to_f64().normalize().dot(n).abs();
+        [judge_mirror_bounces([wall(-1.0), wall(1.0)], ray, angle)]
     });
-    let ball = trace_mirror_rays(404, |rng| {
-        let sphere = AnyShape::Sphere(Sphere {
-            centre: R::Vec3::from_f64(DVec3::ZERO),
-            radius: R::ONE,
-        });
+    trial.judge("in a ball", (404, MIRRORED), |rng| {
         let d = round_to_f32(rng.sample_direction());
-        let start = create_unnormalised_ray::<R>(
-            round_to_f32(rng.sample_direction() * rng.next_uniform(0.1, 0.9)),
-            d,
-        );
-        trace_mirror_bounces(&geometry(&[sphere]), start, |ray| {
+        let origin = round_to_f32(rng.sample_direction() * rng.next_uniform(0.1, 0.9));
+        let distance = |ray: &Ray<R>| {
             let d = ray.direction.to_f64();
             ray.origin.to_f64().cross(d / d.length()).length()
-        })
-    });
-    let judged =
-        |part: &str, found: &[Option<[f64; 2]>], selected: usize, bound: f64| -> CaseOutcome {
-            judge_rays(&format!("S11 {part}"), 0, MIRRORED, rays, |rng| {
-                let index = rng.ray_index();
-                let Some(errors) = found[index as usize] else {
-                    return Verdict::Wrong(format!("ray {index} escapes"));
-                };
-                Verdict::from_error(errors[selected], bound, || format!("ray {index}"))
-            })
         };
-    let lengths = judged("lengths", &walls, 0, 1e-5).merge(judged("lengths", &ball, 0, 1e-5));
-    [
-        ("lengths", lengths),
-        ("between walls", judged("between walls", &walls, 1, 1e-3)),
-        ("in a ball", judged("in a ball", &ball, 1, 1e-3)),
-    ]
-    .map(|(part, outcome)| create_treeless_measurement::<R>(outcome).with_part_name(part))
-    .to_vec()
+        let ball = build_sphere(DVec3::ZERO, 1.0).into();
+        [judge_mirror_bounces(
+            [ball],
+            create_unnormalised_ray(origin, d),
+            distance,
+        )]
+    });
 }

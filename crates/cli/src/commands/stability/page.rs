@@ -3,7 +3,8 @@
 use raywright_io::report::{ErrorMarginPlot, ErrorMarginRow, ThemeColour, html_document};
 
 use super::text::{
-    COLUMN_LEGEND, build_table, filter_by_precision, format_notes, format_percent, group_by_case,
+    COLUMN_LEGEND, build_page_table, filter_by_precision, format_notes, format_percent,
+    group_by_case,
 };
 use super::{HardCaseResult, StabilityReport};
 use crate::origin::command_line;
@@ -92,7 +93,7 @@ pub(super) fn build_page(report: &StabilityReport) -> String {
         "<p class=\"answer\">Margin: error bound divided by worst error. A bound is kept where the margin is above 1.</p>\n\
          <figure><div class=\"wide\" tabindex=\"0\">{plot}</div></figure>\n<h2>In figures</h2>\n{}<p class=\"soft\">{}</p>\n<h2>Not measured</h2>\n{rest}\
          <h2>How it was measured</h2>\n{machine}<p class=\"soft\">Made by <code>{}</code></p>\n",
-        build_table(report).to_html(),
+        build_page_table(report).to_html(),
         escape_html(COLUMN_LEGEND),
         escape_html(&command_line()),
     );

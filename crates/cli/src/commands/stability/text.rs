@@ -1,27 +1,10 @@
 //! Tables of `stability`, as plain text and as Markdown.
 
-use super::{FormulaCost, HardCaseResult, StabilityReport};
-use crate::table::{
-    ColumnAlignment, Table, TableRow, format_aligned_columns, format_significant_digits,
-};
+use core::cmp::Ordering;
 
-/// Formats a row of the plain table, without the case's description and bound.
-fn format_result_cells(row: &HardCaseResult) -> [String; 7] {
-    let number =
-        |value: Option<f64>, of: &dyn Fn(f64) -> String| value.map_or_else(|| "-".to_owned(), of);
-    [
-        row.case.to_owned(),
-        row.setting.clone(),
-        row.judged.to_string(),
-        row.wrong.to_string(),
-        number(row.margin, &|margin| format_significant_digits(margin, 3)),
-        number(row.textbook_wrong, &format_percent),
-        row.price.as_ref().map_or_else(
-            || "-".to_owned(),
-            |price| format!("{} ns", format_extra_time(price)),
-        ),
-    ]
-}
+use super::{FormulaCost, HardCaseResult, StabilityReport};
+use crate::console;
+use crate::table::{ColumnAlignment, Table, TableRow, format_significant_digits};
 
 pub(super) fn format_percent(share: f64) -> String {
     format!("{} %", format_significant_digits(100.0 * share, 3))
@@ -32,35 +15,23 @@ fn format_extra_time(price: &FormulaCost) -> String {
     format!("{:+.1} ± {:.1}", price.more, price.spread)
 }
 
-const HEADINGS: [&str; 7] = [
-    "case",
-    "setting",
-    "judged",
-    "wrong",
-    "margin",
-    "textbook wrong",
-    "costs more",
-];
-
-/// Formats the report as plain text: a line for each case in each setting, and the notes.
+/// Formats the report as plain text: a line for each case with its name, the worst first, and the
+/// notes.
 pub(super) fn format_plain(report: &StabilityReport) -> String {
-    let rows: Vec<[String; 7]> = core::iter::once(HEADINGS.map(str::to_owned))
-        .chain(report.rows.iter().map(format_result_cells))
-        .collect();
-    let columns = [
-        ColumnAlignment::Left,
-        ColumnAlignment::Left,
-        ColumnAlignment::Right,
-        ColumnAlignment::Right,
-        ColumnAlignment::Right,
-        ColumnAlignment::Right,
-        ColumnAlignment::Right,
-    ];
-    format!(
-        "{}{}",
-        format_aligned_columns(columns, &rows),
-        format_notes(report)
-    )
+    let mut cases: Vec<_> = group_by_case(report).collect();
+    let least_margin = |rows: &&[HardCaseResult]| {
+        let margins = rows.iter().filter_map(|row| row.margin);
+        let is_held = rows.iter().all(|row| row.wrong == 0);
+        let is_unknown = rows.iter().any(HardCaseResult::is_unknown);
+        (!is_unknown, is_held, margins.fold(f64::INFINITY, f64::min))
+    };
+    cases.sort_by(|a, b| {
+        least_margin(a)
+            .partial_cmp(&least_margin(b))
+            .unwrap_or(Ordering::Equal)
+    });
+    let table = build_table(cases, "name", |row| row.name.to_owned());
+    table.to_text(console::line_width()) + &format_notes(report)
 }
 
 /// Formats the notes below the table: cases that only tests verify, and parts that are not
@@ -122,42 +93,44 @@ fn format_costs(rows: &[HardCaseResult]) -> String {
     )
 }
 
-/// Builds the table for Markdown and HTML, with a line for each case.
-pub(super) fn build_table(report: &StabilityReport) -> Table {
-    let columns = [
-        ColumnAlignment::Left,
-        ColumnAlignment::Left,
-        ColumnAlignment::Right,
-        ColumnAlignment::Right,
-        ColumnAlignment::Right,
-        ColumnAlignment::Right,
-    ];
+/// Builds a table with a line for each case, described by `words` below the heading `words_heading`.
+fn build_table<'a>(
+    cases: impl IntoIterator<Item = &'a [HardCaseResult]>,
+    words_heading: &str,
+    words: fn(&HardCaseResult) -> String,
+) -> Table {
+    use ColumnAlignment::{Left, Right};
+    let row = |rows: &[HardCaseResult]| -> TableRow {
+        let first = &rows[0];
+        let cells = [
+            first.case.to_owned(),
+            words(first),
+            format_case_results(rows, "robust"),
+            format_case_results(rows, "reference"),
+            first.textbook_wrong.map(format_percent).unwrap_or_default(),
+            format_costs(rows),
+        ];
+        cells.into_iter().collect()
+    };
     let heads = [
         "case",
-        "what is hard, and the bound",
+        words_heading,
         "robust",
         "reference",
         "textbook",
         "ns",
     ];
-    let rows = group_by_case(report).map(|rows| -> TableRow {
-        let first = &rows[0];
-        let textbook = first.textbook_wrong.map(format_percent).unwrap_or_default();
-        let [robust, reference] =
-            ["robust", "reference"].map(|precision| format_case_results(rows, precision));
-        let words = format!("{} Bound: {}", first.hard, first.bound);
-        [
-            first.case.to_owned(),
-            words,
-            robust,
-            reference,
-            textbook,
-            format_costs(rows),
-        ]
-        .into_iter()
-        .collect()
-    });
-    Table::new(columns, heads, rows)
+    let columns = [Left, Left, Right, Right, Right, Right];
+    Table::new(columns, heads, cases.into_iter().map(row))
+}
+
+/// Builds the table for Markdown and HTML.
+pub(super) fn build_page_table(report: &StabilityReport) -> Table {
+    build_table(
+        group_by_case(report),
+        "what is hard, and the bound",
+        |row| format!("{} Bound: {}", row.hard, row.bound),
+    )
 }
 
 /// Explanation of the columns of the table, printed below it.
@@ -167,7 +140,7 @@ pub(super) const COLUMN_LEGEND: &str = "For each precision: number of wrong resu
 
 /// Formats the report as Markdown: the table, the explanation of its columns, and the notes.
 pub(super) fn format_markdown(report: &StabilityReport) -> String {
-    let mut table = build_table(report);
+    let mut table = build_page_table(report);
     table
         .rows
         .iter_mut()
@@ -194,11 +167,13 @@ pub(super) mod tests {
         };
         let row = |setting: &str, margin| HardCaseResult {
             case: "P07",
+            name: "planes",
             hard: "Planes.",
             bound: "4u/|n·d|",
             setting: setting.to_owned(),
             judged: 1000,
             wrong: 0,
+            known_wrong: 0,
             margin: Some(margin),
             textbook_wrong: Some(0.25),
             price: Some(price),
@@ -227,7 +202,7 @@ pub(super) mod tests {
             let words = [
                 "P07",
                 "robust",
-                "1000",
+                "of 1000",
                 "2.5",
                 "25 %",
                 "+1.2 ± 0.5",
@@ -241,5 +216,31 @@ pub(super) mod tests {
             page.contains("4u/\\|n·d\\|") && page.contains("| 0 of 2000, 2.5 | 0 of 1000, 50 |"),
             "{page}"
         );
+    }
+
+    /// Protects: the plain table has a line a case with its name; the worst is first, and a known
+    /// broken bound comes before those that are held.
+    #[test]
+    fn the_worst_case_is_first() {
+        let report = report();
+        let with = |case, margin, wrong, known_wrong| HardCaseResult {
+            case,
+            name: case,
+            margin,
+            wrong,
+            known_wrong,
+            ..report.rows[0].clone()
+        };
+        let rows = vec![
+            with("exact", None, 0, 0),
+            with("wide", Some(9.0), 0, 0),
+            with("known", Some(5.0), 9, 9),
+            with("narrow", Some(1.5), 0, 0),
+            with("broken", Some(7.0), 1, 0),
+        ];
+        let text = format_plain(&StabilityReport { rows, ..report });
+        let names = ["broken", "known", "narrow", "wide", "exact"];
+        let places = names.map(|name| text.find(name).expect("a line"));
+        assert!(places.is_sorted(), "{text}");
     }
 }
