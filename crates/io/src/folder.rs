@@ -17,6 +17,7 @@ use crate::error::describe_io_error;
 use crate::hash::SceneHash;
 use crate::inputs::InputFiles;
 use crate::limits::format_bytes;
+use crate::text::strip_byte_order_mark;
 
 /// Reason why a [`Folder`] cannot read a file that a scene names.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -181,7 +182,8 @@ impl Folder {
                 read_file(&file, self.file_bytes).map_err(unreadable)?
             }
             FileLocation::Resolver(resolver, name) => {
-                Some(resolver.read(&name).map_err(unreadable)?)
+                let bytes = resolver.read(&name).and_then(refuse_placeholder);
+                Some(bytes.map_err(unreadable)?)
                     .filter(|bytes| bytes.len() as u64 <= self.file_bytes)
             }
         };
@@ -372,7 +374,29 @@ pub(crate) fn read_up_to_limit(
     source
         .take(limit.saturating_add(1))
         .read_to_end(&mut bytes)?;
+    let bytes = refuse_placeholder(bytes)?;
     Ok((bytes.len() as u64 <= limit).then_some(bytes))
+}
+
+/// Returns the bytes of a file, unless they stand in for the file: a pointer of Git LFS, or a
+/// server's page.
+///
+/// # Errors
+/// An error that names the placeholder and the remedy.
+pub(crate) fn refuse_placeholder(bytes: Vec<u8>) -> std::io::Result<Vec<u8>> {
+    const LFS: &str = "the file is only a Git LFS pointer, and its content was not fetched; `git lfs pull` fetches it";
+    const HTML: &str = "the file is an HTML page, probably saved in place of the file; download the file itself";
+    let start = strip_byte_order_mark(&bytes).trim_ascii_start();
+    let start = String::from_utf8_lossy(&start[..start.len().min(1024)]).to_ascii_lowercase();
+    // Comments and an XML declaration may precede the first element of a page.
+    let is_page = ["<!doctype html", "<html"].iter().any(|tag| {
+        start.starts_with(tag) || (start.starts_with("<!--") || start.starts_with("<?xml")) && start.contains(tag)
+    });
+    match start.starts_with("version https://git-lfs.github.com/spec/") {
+        true => Err(std::io::Error::other(LFS)),
+        false if is_page => Err(std::io::Error::other(HTML)),
+        false => Ok(bytes),
+    }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use raywright_core::{Observer, Scene, generate};
 use crate::clay;
 use crate::environment::{self, EnvironmentOptions, LightShortage};
 use crate::error::Error;
-use crate::folder::Folder;
+use crate::folder::{Folder, refuse_placeholder};
 use crate::gltf::ModelContents;
 use crate::hash::SceneHash;
 use crate::inputs::InputFiles;
@@ -141,10 +141,13 @@ pub fn load_observed(
             resolver,
         } => {
             let folder = Folder::from_resolver(resolver.as_ref(), options.limits.file_bytes);
+            let path = Path::new(name);
+            let bytes = refuse_placeholder(bytes.clone())
+                .map_err(|cause| Error::unreadable(path, &cause))?;
             load_content(
-                Path::new(name),
+                path,
                 &input.file_stem(),
-                bytes.clone(),
+                bytes,
                 &folder,
                 options,
                 observer,

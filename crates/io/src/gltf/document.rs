@@ -142,8 +142,7 @@ pub(super) fn parse(
                 return Err(fault);
             };
             rewritten
-                .duplicate_name_warning()
-                .into_iter()
+                .warnings()
                 .for_each(|warning| warnings.add(WarningCode::Format, warning));
             parse_typed(&rewritten.text, warnings)
         }

@@ -1,5 +1,6 @@
-//! Rewriting of JSON that is valid glTF but does not fit typed data. Three things are rewritten:
+//! Rewriting of JSON that is valid glTF but does not fit typed data. Four things are rewritten:
 //! - integers with a decimal point or an exponent (glTF 2.0, section 2.7);
+//! - lists with too many numbers, of which the first apply;
 //! - repeated names in an object, of which the last applies;
 //! - numbers beyond f64, which some programs write for infinity.
 //!
@@ -8,6 +9,7 @@
 //! match the file.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use crate::import::sanitise_text;
 
@@ -17,31 +19,72 @@ const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
 /// Largest nesting depth of accepted JSON.
 const MOST_DEPTH: usize = 128;
 
+/// Returns the length of the list of numbers that glTF and its supported extensions store under a
+/// key. `object` is the key of the object that contains the list.
+fn list_length(key: &str, object: Option<&str>) -> Option<usize> {
+    match key {
+        "scale" if object == Some("KHR_texture_transform") => Some(2),
+        "offset" => Some(2),
+        "attenuationColor"
+        | "color"
+        | "diffuseTransmissionColorFactor"
+        | "emissiveFactor"
+        | "scale"
+        | "sheenColorFactor"
+        | "specularColorFactor"
+        | "specularFactor"
+        | "translation" => Some(3),
+        "baseColorFactor" | "diffuseFactor" | "rotation" => Some(4),
+        "matrix" => Some(16),
+        _ => None,
+    }
+}
+
+/// Repairs of one kind: their number, and a description of the first.
+#[derive(Debug, Default)]
+struct Repairs {
+    count: usize,
+    first: Option<String>,
+}
+
+impl Repairs {
+    fn add(&mut self, describe: impl FnOnce() -> String) {
+        self.count += 1;
+        self.first.get_or_insert_with(describe);
+    }
+
+    /// Returns the warning about the repairs; `None` without repairs.
+    fn warning(&self, noun: &str, outcome: &str) -> Option<String> {
+        let first = self.first.as_ref()?;
+        let many = match self.count {
+            1 => String::new(),
+            count => format!(" (one of {count} {noun})"),
+        };
+        Some(format!("{first}{many}: {outcome}"))
+    }
+}
+
 /// A rewritten JSON text, which typed data can be parsed from.
 #[derive(Debug, Default)]
 pub(super) struct RewrittenJson {
     pub text: Vec<u8>,
-    /// Number of members that were dropped, because a later member of the same object has the same
-    /// name.
-    repeated_names: usize,
-    /// First repeated name, and the line in which it is repeated.
-    first_repeated: Option<(String, usize)>,
+    /// Members that were dropped, because a later member of the same object has the same name.
+    repeated_names: Repairs,
+    /// Lists from which numbers were dropped.
+    long_lists: Repairs,
     is_changed: bool,
 }
 
 impl RewrittenJson {
-    /// Returns the warning about repeated names; `None` if no name is repeated.
-    pub fn duplicate_name_warning(&self) -> Option<String> {
-        let (name, line) = self.first_repeated.as_ref()?;
-        let many = if self.repeated_names > 1 {
-            format!(" (one of {} repeated keys)", self.repeated_names)
-        } else {
-            String::new()
-        };
-        Some(format!(
-            "the key `{}` is repeated in an object, in line {line}{many}: the last value is used",
-            sanitise_text(name)
-        ))
+    /// Returns the warnings about repeated names and long lists.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        let names = self
+            .repeated_names
+            .warning("repeated keys", "the last value is used");
+        let lists = self
+            .long_lists
+            .warning("such lists", "the first numbers are used");
+        names.into_iter().chain(lists)
     }
 }
 
@@ -54,6 +97,23 @@ struct OpenBracket {
     members: HashMap<String, [usize; 2]>,
     /// Name of the current member; `None` before the name is read.
     name: Option<String>,
+    /// Number of commas so far, which is the index of an array's current element.
+    commas: usize,
+    /// Number of elements that an array may have; `None`: any number.
+    length: Option<usize>,
+    /// Position of the comma after the last permitted element.
+    surplus: Option<usize>,
+}
+
+impl OpenBracket {
+    /// Starts the array that is the value of the current member of the innermost open bracket.
+    fn start_array(open: &[Self]) -> Self {
+        let name = |depth: usize| open.iter().rev().nth(depth)?.name.as_deref();
+        Self {
+            length: name(0).and_then(|key| list_length(key, name(1))),
+            ..Self::default()
+        }
+    }
 }
 
 /// Rewrites a JSON text. Returns `None` if nothing changes, or beyond the nesting limit.
@@ -93,11 +153,16 @@ pub(super) fn rewrite_json(text: &[u8]) -> Option<RewrittenJson> {
                 out.text.push(byte);
                 match byte {
                     b'{' | b'[' if open.len() == MOST_DEPTH => return None,
-                    b'{' | b'[' => open.push(OpenBracket {
-                        is_object: byte == b'{',
+                    b'{' => open.push(OpenBracket {
+                        is_object: true,
                         ..OpenBracket::default()
                     }),
-                    b'}' | b']' => drop(open.pop()),
+                    b'[' => open.push(OpenBracket::start_array(&open)),
+                    b'}' | b']' => {
+                        if let Some(start) = open.pop().and_then(|ended| ended.surplus) {
+                            out.drop_surplus(start, &open);
+                        }
+                    }
                     b',' => out.end_member(open.last_mut()),
                     _ => {}
                 }
@@ -114,21 +179,49 @@ impl RewrittenJson {
         let name = decode_string(token);
         let start = self.text.len();
         if let Some([from, to]) = holder.members.insert(name.clone(), [start; 2]) {
-            self.text[from..to]
-                .iter_mut()
-                .filter(|byte| !byte.is_ascii_whitespace())
-                .for_each(|byte| *byte = b' ');
-            self.first_repeated
-                .get_or_insert_with(|| (name.clone(), line));
-            self.repeated_names += 1;
-            self.is_changed = true;
+            self.overwrite(from..to);
+            self.repeated_names.add(|| {
+                let name = sanitise_text(&name);
+                format!("the key `{name}` is repeated in an object, in line {line}")
+            });
         }
         holder.name = Some(name);
     }
 
-    /// Ends the current member of an object, at the comma after the member.
+    /// Overwrites a range of the text with spaces.
+    fn overwrite(&mut self, range: Range<usize>) {
+        self.text[range]
+            .iter_mut()
+            .filter(|byte| !byte.is_ascii_whitespace())
+            .for_each(|byte| *byte = b' ');
+        self.is_changed = true;
+    }
+
+    /// Drops the elements of a long list, whose closing bracket was read last. `start` is the
+    /// position of the comma before these elements. Data of applications are left unchanged.
+    fn drop_surplus(&mut self, start: usize, open: &[OpenBracket]) {
+        let end = self.text.len() - 1;
+        let has_elements = !self.text[start + 1..end].trim_ascii().is_empty();
+        let holders = || open.iter().filter_map(|holder| holder.name.as_deref());
+        if has_elements && holders().all(|name| name != "extras") {
+            self.overwrite(start..end);
+            self.long_lists.add(|| {
+                let path = format_path(open.iter().map(|entry| match &entry.name {
+                    Some(name) if entry.is_object => (Some(name.as_str()), 0),
+                    _ => (None, entry.commas),
+                }));
+                format!("{}: has more numbers than glTF defines", sanitise_text(&path))
+            });
+        }
+    }
+
+    /// Ends the current member of an object or element of an array, at the comma after it.
     fn end_member(&mut self, holder: Option<&mut OpenBracket>) {
         let Some(holder) = holder else { return };
+        holder.commas += 1;
+        if holder.length == Some(holder.commas) {
+            holder.surplus = Some(self.text.len() - 1);
+        }
         let member = holder
             .name
             .take()
@@ -221,11 +314,17 @@ pub(super) fn json_path_at(text: &[u8], line: usize, column: usize) -> String {
         }
         position += length;
     }
+    format_path(entries.iter().map(|(name, index)| (name.as_deref(), *index)))
+}
+
+/// Formats a path from the current entry of each open bracket: the name of a member, or the index
+/// of an element.
+fn format_path<'a>(entries: impl Iterator<Item = (Option<&'a str>, usize)>) -> String {
     let mut path = String::new();
     for (name, index) in entries {
         match name {
-            Some(name) if path.is_empty() => path = name,
-            Some(name) => path.extend([".", &name]),
+            Some(name) if path.is_empty() => path = name.to_owned(),
+            Some(name) => path.extend([".", name]),
             None => path.push_str(&format!("[{index}]")),
         }
     }
@@ -292,7 +391,7 @@ mod tests {
         }
         assert_eq!(text(r#"[{"a":1},{"a":1},{"a":{"a":"a"}}]"#), None);
         let warned = rewrite_json(b"{\n\"a\":1,\n\"a\":2,\"a\":3}")
-            .and_then(|out| out.duplicate_name_warning())
+            .and_then(|out| out.warnings().next())
             .expect("a warning");
         assert!(
             warned.contains("`a`")
