@@ -1,7 +1,6 @@
 //! Environment of a scene: the scene's own sky, no sky, the neutral sky, the default studio or a
 //! picture file; and the light that is added to a scene without light.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,10 +10,10 @@ use raywright_core::effects::{are_objects_lit_by_lights, emits_light, neutral_sk
 use raywright_core::scene::{Colour, Image, Sky, SkyMap, Studio};
 
 use crate::error::Error;
-use crate::folder::{Folder, read_file};
+use crate::folder::{Folder, read_picture_file};
 use crate::image_file::{self, DecodedImage};
 use crate::import::FaultKind;
-use crate::limits::{Limits, format_bytes};
+use crate::limits::Limits;
 use crate::source::SceneFormat;
 use crate::warning::{Warning, WarningCode};
 
@@ -168,7 +167,6 @@ fn load_sky_picture(
     limits: &Limits,
     warnings: &mut Vec<Warning>,
 ) -> Result<(), Error> {
-    let unreadable = |cause: std::io::Error| Error::unreadable(path, &cause);
     folder.record_scene_file(path);
     // A pipe could block the reader for ever, and a folder has no content.
     if path.exists() && !path.is_file() {
@@ -177,18 +175,7 @@ fn load_sky_picture(
             "is not a regular file",
         ));
     }
-    let bytes =
-        read_file(&File::open(path).map_err(unreadable)?, limits.file_bytes).map_err(unreadable)?;
-    let larger = || {
-        Error::over_limit(
-            path.display(),
-            format!(
-                "the file is larger than the limit of {}; use a smaller picture",
-                format_bytes(limits.file_bytes)
-            ),
-        )
-    };
-    let bytes = bytes.ok_or_else(larger)?;
+    let bytes = read_picture_file(path, limits)?;
     folder.add_to_hash(&bytes);
     let DecodedImage {
         image,

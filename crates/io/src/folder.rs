@@ -13,10 +13,10 @@ use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
-use crate::error::describe_io_error;
+use crate::error::{Error, describe_io_error};
 use crate::hash::SceneHash;
 use crate::inputs::InputFiles;
-use crate::limits::format_bytes;
+use crate::limits::{Limits, format_bytes};
 use crate::text::strip_byte_order_mark;
 
 /// Reason why a [`Folder`] cannot read a file that a scene names.
@@ -360,6 +360,23 @@ pub(crate) fn read_file(file: &File, limit: u64) -> std::io::Result<Option<Vec<u
     )
 }
 
+/// Reads a picture file whole.
+///
+/// # Errors
+/// Of kind file for an unreadable file, of kind limit for a file that is too large.
+pub(crate) fn read_picture_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, Error> {
+    let unreadable = |cause: std::io::Error| Error::unreadable(path, &cause);
+    let file = File::open(path).map_err(unreadable)?;
+    let bytes = read_file(&file, limits.file_bytes).map_err(unreadable)?;
+    bytes.ok_or_else(|| {
+        let limit = format_bytes(limits.file_bytes);
+        Error::over_limit(
+            path.display(),
+            format!("the file is larger than the limit of {limit}; use a smaller picture"),
+        )
+    })
+}
+
 /// Reads all bytes of a source; returns `None` for more than `limit` bytes. `reported` is the
 /// number of bytes that the source states, or 0 if unknown.
 pub(crate) fn read_up_to_limit(
@@ -385,17 +402,19 @@ pub(crate) fn read_up_to_limit(
 /// An error that names the placeholder and the remedy.
 pub(crate) fn refuse_placeholder(bytes: Vec<u8>) -> std::io::Result<Vec<u8>> {
     const LFS: &str = "the file is only a Git LFS pointer, and its content was not fetched; `git lfs pull` fetches it";
-    const HTML: &str = "the file is an HTML page, probably saved in place of the file; download the file itself";
+    const HTML: &str =
+        "the file is an HTML page, probably saved in place of the file; download the file itself";
     let start = strip_byte_order_mark(&bytes).trim_ascii_start();
     let start = String::from_utf8_lossy(&start[..start.len().min(1024)]).to_ascii_lowercase();
     // Comments and an XML declaration may precede the first element of a page.
     let is_page = ["<!doctype html", "<html"].iter().any(|tag| {
-        start.starts_with(tag) || (start.starts_with("<!--") || start.starts_with("<?xml")) && start.contains(tag)
+        start.starts_with(tag)
+            || (start.starts_with("<!--") || start.starts_with("<?xml")) && start.contains(tag)
     });
     match start.starts_with("version https://git-lfs.github.com/spec/") {
         true => Err(std::io::Error::other(LFS)),
         false if is_page => Err(std::io::Error::other(HTML)),
-        false => Ok(bytes),
+        _ => Ok(bytes),
     }
 }
 

@@ -1,10 +1,11 @@
-//! Decoding of image files: PNG, JPEG, WebP and KTX2 textures, Radiance HDR and OpenEXR
-//! environments.
+//! Decoding of image files: PNG, JPEG, WebP, KTX2, BMP, TGA, GIF and TIFF textures, Radiance HDR
+//! and OpenEXR environments.
 //!
 //! Only pixels are read: colour profiles, gamma chunks and camera orientation are ignored, as glTF
 //! 2.0 requires (section 3.8.3).
 
 mod open_exr;
+pub(crate) mod primaries;
 mod radiance;
 mod radiance_repair;
 mod size;
@@ -22,9 +23,8 @@ pub(crate) use self::size::check_size;
 /// Format of a picture by its signature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ImageKind {
-    Png,
-    Jpeg,
-    WebP,
+    /// A format of 8-bit codes that the `image` crate decodes.
+    Codes(ImageFormat),
     Hdr,
     Exr,
     Ktx2,
@@ -33,20 +33,24 @@ pub(crate) enum ImageKind {
     Unknown,
 }
 
+/// Supported formats, for messages.
+const FORMATS: &str = "PNG, JPEG, WebP, KTX2, BMP, TGA, GIF, TIFF, HDR and EXR";
+
 /// Detects the format from the first bytes, because file names and media types may be wrong.
 pub(crate) fn detect_format(bytes: &[u8]) -> ImageKind {
-    const SIGNATURES: [(&[u8], ImageKind); 8] = [
-        (b"\x89PNG\r\n\x1a\n", ImageKind::Png),
-        (b"\xff\xd8\xff", ImageKind::Jpeg),
+    const SIGNATURES: [(&[u8], ImageKind); 9] = [
+        (b"\x89PNG\r\n\x1a\n", ImageKind::Codes(ImageFormat::Png)),
+        (b"\xff\xd8\xff", ImageKind::Codes(ImageFormat::Jpeg)),
         (b"\x76\x2f\x31\x01", ImageKind::Exr),
         (ktx2::SIGNATURE, ImageKind::Ktx2),
-        (b"GIF8", ImageKind::Foreign("GIF")),
-        (b"BM", ImageKind::Foreign("BMP")),
+        (b"GIF8", ImageKind::Codes(ImageFormat::Gif)),
+        (b"BM", ImageKind::Codes(ImageFormat::Bmp)),
         (b"DDS ", ImageKind::Foreign("DDS")),
-        (b"II*\0", ImageKind::Foreign("TIFF")),
+        (b"II*\0", ImageKind::Codes(ImageFormat::Tiff)),
+        (b"MM\0*", ImageKind::Codes(ImageFormat::Tiff)),
     ];
     if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
-        return ImageKind::WebP;
+        return ImageKind::Codes(ImageFormat::WebP);
     }
     if radiance::is_radiance(bytes) {
         return ImageKind::Hdr;
@@ -54,7 +58,37 @@ pub(crate) fn detect_format(bytes: &[u8]) -> ImageKind {
     SIGNATURES
         .iter()
         .find(|(head, _)| bytes.starts_with(head))
-        .map_or(ImageKind::Unknown, |&(_, kind)| kind)
+        .map(|&(_, kind)| kind)
+        .or_else(|| is_tga(bytes).then_some(ImageKind::Codes(ImageFormat::Tga)))
+        .unwrap_or(ImageKind::Unknown)
+}
+
+/// Whether the first bytes are a header of TGA, a format without a signature: kind of the palette,
+/// kind of the picture and bits per pixel fit each other.
+fn is_tga(bytes: &[u8]) -> bool {
+    bytes.get(..18).is_some_and(|header| {
+        matches!(
+            (header[1], header[2], header[16]),
+            (1, 1 | 9, 8 | 16) | (0 | 1, 2 | 10, 15 | 16 | 24 | 32) | (0 | 1, 3 | 11, 8 | 16)
+        )
+    })
+}
+
+/// Whether a JPEG lacks its end marker, as half a file does.
+fn is_cut_off(jpeg: &[u8]) -> bool {
+    let mut rest = jpeg.get(2..).unwrap_or_default();
+    // Segments before the scan may hold whole pictures, such as thumbnails.
+    while let [0xff, kind, high, low, ..] = *rest {
+        if kind == 0xda {
+            return !rest.windows(2).any(|pair| pair == [0xff, 0xd9]);
+        }
+        let length = match kind {
+            0xff => 1,
+            _ => 2 + usize::from(u16::from_be_bytes([high, low])),
+        };
+        rest = rest.get(length..).unwrap_or_default();
+    }
+    false
 }
 
 /// A decoded picture, with remarks about values that differ from the file.
@@ -80,9 +114,9 @@ impl From<ImageData> for DecodedImage {
 
 /// Decodes a whole image file.
 ///
-/// - PNG, JPEG, WebP and KTX2 become [`PixelData::Codes`]. Grey and palettes are expanded to RGBA,
-///   and 16-bit samples are rounded to 8 bits.
 /// - HDR and EXR become [`PixelData::Linear`].
+/// - Other formats become [`PixelData::Codes`]. Grey and palettes are expanded to RGBA, and 16-bit
+///   samples are rounded to 8 bits. Of an animation, the first picture is taken.
 ///
 /// # Errors
 ///
@@ -98,27 +132,30 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
         )?;
     }
     match kind {
-        ImageKind::Png => match decode_palette(bytes, limits) {
-            Some(image) => Ok(image.into()),
-            None => {
-                decode_with_image_crate(ImageFormat::Png, bytes, limits).map(DecodedImage::from)
+        ImageKind::Codes(format) => {
+            let palette = (format == ImageFormat::Png)
+                .then(|| decode_palette(bytes, limits))
+                .flatten();
+            let image = match palette {
+                Some(image) => image,
+                None => decode_with_image_crate(format, bytes, limits)?,
+            };
+            let mut decoded = DecodedImage::from(image);
+            if format == ImageFormat::Jpeg && is_cut_off(bytes) {
+                let remark = "is a JPEG without its end: a part of the picture is missing";
+                decoded.remarks.push(remark.to_owned());
             }
-        },
-        ImageKind::Jpeg => {
-            decode_with_image_crate(ImageFormat::Jpeg, bytes, limits).map(DecodedImage::from)
-        }
-        ImageKind::WebP => {
-            decode_with_image_crate(ImageFormat::WebP, bytes, limits).map(DecodedImage::from)
+            Ok(decoded)
         }
         ImageKind::Hdr => radiance::decode(bytes, limits),
         ImageKind::Exr => open_exr::decode(bytes, limits),
         ImageKind::Ktx2 => ktx2::decode(bytes, limits).map(DecodedImage::from),
         ImageKind::Foreign(name) => Err(Fault::invalid_input(format!(
-            "is a {name} picture, but only PNG, JPEG, WebP, KTX2, HDR and EXR are supported"
+            "is a {name} picture, but only {FORMATS} are supported"
         ))),
-        ImageKind::Unknown => Err(Fault::invalid_input(
-            "is not a picture in a supported format (PNG, JPEG, WebP, KTX2, HDR, EXR)",
-        )),
+        ImageKind::Unknown => Err(Fault::invalid_input(format!(
+            "is not a picture in a supported format ({FORMATS})"
+        ))),
     }
 }
 
@@ -147,15 +184,10 @@ fn bytes_per_pixel(kind: ImageKind) -> usize {
 
 /// Reads width and height from a header.
 fn read_size(bytes: &[u8], limits: &Limits) -> ImportResult<[u32; 2]> {
-    let size = |format| {
-        open_decoder(format, bytes, limits)
-            .map(|decoder| decoder.dimensions())
-            .map(|(width, height)| [width, height])
-    };
     match detect_format(bytes) {
-        ImageKind::Png => size(ImageFormat::Png),
-        ImageKind::Jpeg => size(ImageFormat::Jpeg),
-        ImageKind::WebP => size(ImageFormat::WebP),
+        ImageKind::Codes(format) => {
+            open_decoder(format, bytes, limits).map(|decoder| decoder.dimensions().into())
+        }
         ImageKind::Hdr => radiance::read_size(bytes, limits),
         ImageKind::Exr => open_exr::read_size(bytes, limits),
         ImageKind::Ktx2 => ktx2::read_size(bytes, limits),

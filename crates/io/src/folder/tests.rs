@@ -248,3 +248,44 @@ fn names_in_another_case_are_found() {
         ));
     }
 }
+
+/// Protects: a pointer of Git LFS and a server's page are named as such under any file's name, from
+/// disk, a pipe and a resolver; other texts are read.
+#[test]
+fn placeholders_are_named() {
+    const LFS: &[u8] = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n";
+    let pages: [&[u8]; 4] = [
+        b"\xef\xbb\xbf\r\n <!DOCTYPE HTML><title>404</title>",
+        b"<html lang=\"en\">",
+        b"<?xml version=\"1.0\"?>\n<!DOCTYPE html PUBLIC>",
+        b"<!-- saved -->\n<HTML>",
+    ];
+    let outer = scene_folder();
+    let read = |bytes: &[u8]| {
+        std::fs::write(outer.path().join("scene/a.bin"), bytes).expect("a file");
+        let scene = outer.path().join("scene/x.toml");
+        let disk = Folder::parent_of(&scene, 1 << 20).expect("the folder exists");
+        let owned = bytes.to_vec();
+        let resolver = super::Resolver::new(move |_| Ok(owned.clone()));
+        let archive = Folder::from_resolver(Some(&resolver), 1 << 20);
+        let found = disk.read("a.bin");
+        assert_eq!(archive.read("a.bin"), found);
+        let piped = crate::Input::from_reader("pipe", bytes, &crate::Limits::default());
+        assert_eq!(piped.is_ok(), found.is_ok());
+        found
+    };
+    let message = |bytes: &[u8]| read(bytes).expect_err("a placeholder").to_string();
+    assert!(message(LFS).starts_with("cannot read `a.bin`: ") && message(LFS).contains("Git LFS"));
+    for page in pages {
+        assert!(message(page).contains("HTML page"), "{page:?}");
+    }
+    for other in [
+        b"".as_slice(),
+        b"version 1",
+        b"<?xml ?><svg/>",
+        b"<!-- -->",
+        b"solid <html>",
+    ] {
+        assert_eq!(read(other), Ok(other.to_vec()));
+    }
+}

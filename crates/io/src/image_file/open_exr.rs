@@ -1,5 +1,5 @@
 //! Decoding of OpenEXR pictures: choice of the part and its channels, and placement of the data
-//! window in the display window.
+//! window in the display window. Colours are converted to the primaries of Rec. 709.
 
 use std::io::Cursor;
 
@@ -9,7 +9,8 @@ use exr::prelude::{
 };
 use raywright_core::scene::{ImageData, PixelData};
 
-use super::radiance_repair::InvalidRadianceCounts;
+use super::primaries::{convert_colour, matrix_to_rec_709};
+use super::radiance_repair::{GREATEST, InvalidRadianceCounts};
 use super::{DecodedImage, check_size};
 use crate::Limits;
 use crate::import::{Fault, ImportResult, sanitise_text};
@@ -205,7 +206,18 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
         .iter_mut()
         .for_each(|value| *value = unusable.repair_channel_value(*value));
     let (width, height) = (window.size.0 as u32, window.size.1 as u32);
-    let remarks = remark.into_iter().chain(unusable.summary()).collect();
+    let mut remarks: Vec<_> = remark.into_iter().chain(unusable.summary()).collect();
+    if channels.names.len() == 3 {
+        match matrix_to_rec_709(header.shared_attributes.chromaticities) {
+            Ok(None) => {}
+            Ok(Some(matrix)) => pixels.iter_mut().for_each(|[r, g, b, _]| {
+                // Colours outside the gamut of Rec. 709 have negative channels.
+                [*r, *g, *b] =
+                    convert_colour(&matrix, [*r, *g, *b]).map(|value| value.clamp(0.0, GREATEST));
+            }),
+            Err(remark) => remarks.push(remark.to_owned()),
+        }
+    }
     Ok(DecodedImage {
         image: ImageData {
             width,

@@ -4,7 +4,7 @@
 /// result from an overflow of half precision.
 const INFINITE: f32 = 65504.0;
 /// Largest accepted value. With this limit, the sum over all pixels fits single precision.
-const GREATEST: f32 = 1e30;
+pub(super) const GREATEST: f32 = 1e30;
 
 /// Numbers of channel values that are invalid as radiance: infinite, NaN, negative or too large.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

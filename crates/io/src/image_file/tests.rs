@@ -313,7 +313,7 @@ fn limits_and_faults() {
         );
     }
     for (bytes, word) in [
-        (b"GIF89a".as_slice(), "GIF"),
+        (b"DDS ".as_slice(), "DDS"),
         (b"RIFF....WEBPVP8 ", "broken"),
         (b"hello", "not a picture"),
     ] {
@@ -352,20 +352,180 @@ fn kinds_of_pictures_are_told() {
         matches!(detect_format(b"\x76\x2f\x31\x01"), ImageKind::Exr)
             && matches!(detect_format(b""), ImageKind::Unknown)
     );
-    assert!(matches!(detect_format(b"RIFF1234WEBPVP8"), ImageKind::WebP));
+    assert_eq!(
+        detect_format(b"RIFF1234WEBPVP8"),
+        ImageKind::Codes(ImageFormat::WebP)
+    );
     assert!(matches!(
         detect_format(b"\xabKTX 20\xbb\r\n\x1a\n"),
         ImageKind::Ktx2
     ));
-    let others: [(&[u8], &str); 4] = [
-        (b"GIF89a", "GIF"),
-        (b"BM6", "BMP"),
-        (b"DDS ", "DDS"),
-        (b"II*\0", "TIFF"),
-    ];
-    for (bytes, name) in others {
-        assert_eq!(foreign(bytes), name);
+    assert_eq!(foreign(b"DDS "), "DDS");
+    for (bytes, format) in [
+        (b"GIF89a".as_slice(), ImageFormat::Gif),
+        (b"BM6", ImageFormat::Bmp),
+        (b"II*\0", ImageFormat::Tiff),
+        (b"MM\0*", ImageFormat::Tiff),
+    ] {
+        assert_eq!(detect_format(bytes), ImageKind::Codes(format));
     }
+}
+
+/// Protects: the colours of a picture in each format without loss, and of both kinds of TGA; limits
+/// hold in each, and half a file is an error, or as many rows as it has.
+#[test]
+fn older_formats_are_read() {
+    let texels = [
+        [255, 0, 0, 255],
+        [0, 255, 0, 255],
+        [0, 0, 255, 255],
+        [9, 99, 199, 255],
+    ];
+    let picture = image::RgbaImage::from_raw(2, 2, texels.as_flattened().to_vec()).expect("pixels");
+    let few = Limits {
+        image_pixels: 3,
+        ..Limits::default()
+    };
+    for format in [
+        ImageFormat::Bmp,
+        ImageFormat::Tga,
+        ImageFormat::Gif,
+        ImageFormat::Tiff,
+    ] {
+        let mut file = Cursor::new(Vec::new());
+        picture.write_to(&mut file, format).expect("a file");
+        let bytes = file.into_inner();
+        assert_eq!(codes(&bytes), texels, "{format:?}");
+        assert_eq!(
+            decode(&bytes, &few).expect_err("too large").kind,
+            FaultKind::Limit
+        );
+        for end in 0..bytes.len() {
+            let _ = decode(&bytes[..end], &Limits::default());
+        }
+    }
+    // A palette of two colours, and grey, each from the bottom row upwards.
+    let head = |kind: [u8; 3], colours: u8, depth: u8| {
+        [
+            &kind[..],
+            &[
+                0,
+                0,
+                colours,
+                0,
+                if colours > 0 { 24 } else { 0 },
+                0,
+                0,
+                0,
+                0,
+                2,
+                0,
+                1,
+                0,
+                depth,
+                0,
+            ],
+        ]
+        .concat()
+    };
+    let mapped = [head([0, 1, 1], 2, 8), vec![255, 0, 0, 0, 0, 255, 1, 0]].concat();
+    assert_eq!(codes(&mapped), [[255, 0, 0, 255], [0, 0, 255, 255]]);
+    let grey = [head([0, 0, 3], 0, 8), vec![7, 200]].concat();
+    assert_eq!(codes(&grey), [[7, 7, 7, 255], [200, 200, 200, 255]]);
+    assert_eq!(
+        detect_format(b"\0\0\x01\0\x01\0 icon of Windows"),
+        ImageKind::Unknown
+    );
+}
+
+/// Protects: a JPEG that ends early is read with a remark, wherever it ends after its header; bytes
+/// after its end, and a whole picture in its header, are none.
+#[test]
+fn half_a_jpeg_is_told() {
+    let picture =
+        image::RgbImage::from_fn(40, 40, |x, y| image::Rgb([x as u8 * 6, y as u8 * 6, 90]));
+    let mut file = Cursor::new(Vec::new());
+    picture
+        .write_to(&mut file, ImageFormat::Jpeg)
+        .expect("a file");
+    let whole = file.into_inner();
+    let remarks = |bytes: &[u8]| {
+        decode(bytes, &Limits::default())
+            .expect("a picture")
+            .remarks
+    };
+    assert!(remarks(&whole).is_empty() && remarks(&[&whole[..], b"more"].concat()).is_empty());
+    for end in [whole.len() / 2, whole.len() - 40, whole.len() - 2] {
+        let half = &whole[..end];
+        // An application's segment with an end marker, such as that of a thumbnail.
+        let thumbnail = [&half[..2], &[0xff, 0xe1, 0, 4, 0xff, 0xd9], &half[2..]].concat();
+        for bytes in [half, &thumbnail] {
+            let found = remarks(bytes);
+            assert!(
+                found.len() == 1 && found[0].contains("without its end"),
+                "{end}: {found:?}"
+            );
+        }
+    }
+}
+
+/// Protects: EXR colours are converted from the primaries that the file states; colours of Rec. 709
+/// keep their bits, colours outside are clipped, and unusable primaries are told.
+#[test]
+fn exr_primaries_are_heeded() {
+    use raywright_core::picture::Picture;
+    let pixels = [[0.25, 0.5, 0.75], [1.0, 0.0, 0.0]];
+    let picture = Picture {
+        rgb: pixels.to_vec(),
+        ..Picture::new(2, 1)
+    };
+    let own = crate::output::encode_exr(&picture, &Default::default()).expect("a file");
+    let name = b"chromaticities\0chromaticities\0";
+    let start = own
+        .windows(name.len())
+        .position(|w| w == name)
+        .expect("it states its own");
+    let stating = |points: [f32; 8]| {
+        let mut file = own.clone();
+        let place = start + name.len() + 4;
+        file[place..place + 32].copy_from_slice(&points.map(f32::to_le_bytes).concat());
+        file
+    };
+    let read = |file: &[u8]| {
+        let decoded = decode(file, &Limits::default()).expect("a picture");
+        let PixelData::Linear(texels) = decoded.image.pixels else {
+            panic!("linear")
+        };
+        (
+            texels
+                .iter()
+                .map(|t| [t[0], t[1], t[2]])
+                .collect::<Vec<_>>(),
+            decoded.remarks,
+        )
+    };
+    assert_eq!(read(&own), (pixels.to_vec(), Vec::new()));
+    let (texels, remarks) = read(&stating([
+        0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290,
+    ]));
+    let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-4);
+    assert!(near(texels[0], [0.0667, 0.5291, 0.7842]), "{texels:?}");
+    assert!(
+        near(texels[1], [1.6605, 0.0, 0.0]) && remarks.is_empty(),
+        "{texels:?}"
+    );
+    let (texels, remarks) = read(&stating([0.0; 8]));
+    assert_eq!(texels, pixels);
+    assert!(
+        remarks.len() == 1 && remarks[0].contains("chromaticities"),
+        "{remarks:?}"
+    );
+    // A comparison keeps what lies outside the gamut.
+    let path = std::path::Path::new("a.exr");
+    let file = stating([0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290]);
+    let compared =
+        crate::output::decode_picture(path, &file, &Limits::default()).expect("a picture");
+    assert!(near(compared.picture.rgb[1], [1.6605, -0.1246, -0.0182]));
 }
 
 /// Protects: a picture reserves the memory of its decoded form before decoding: four bytes per

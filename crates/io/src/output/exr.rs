@@ -2,7 +2,7 @@
 
 use std::io::{self, Cursor};
 
-use exr::meta::attribute::{Chromaticities, IntegerBounds};
+use exr::meta::attribute::IntegerBounds;
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
     Layer, LayerAttributes, LineOrder, SmallVec, Text, Vec2, WritableImage,
@@ -10,6 +10,7 @@ use exr::prelude::{
 use raywright_core::picture::{DataWindow, Picture};
 
 use super::metadata::{PictureMetadata, SOFTWARE};
+use crate::image_file::primaries::REC_709;
 
 /// Encodes the picture as OpenEXR: one part, scan lines, ZIP compression.
 ///
@@ -54,12 +55,7 @@ pub(crate) fn encode_exr(picture: &Picture, metadata: &PictureMetadata) -> io::R
     let mut image = Image::from_layer(layer);
     let text = |text: &str| Text::from_slice_unchecked(text.as_bytes());
     image.attributes.display_window = IntegerBounds::new((0, 0), (width as usize, height as usize));
-    image.attributes.chromaticities = Some(Chromaticities {
-        red: Vec2(0.64, 0.33),
-        green: Vec2(0.30, 0.60),
-        blue: Vec2(0.15, 0.06),
-        white: Vec2(0.3127, 0.3290),
-    });
+    image.attributes.chromaticities = Some(REC_709);
     for (_, name, value) in metadata.entries() {
         if name == SOFTWARE {
             image.layer_data.attributes.software_name = Some(text(&value));

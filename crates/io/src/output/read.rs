@@ -4,7 +4,6 @@
 mod open_exr;
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -15,7 +14,7 @@ use super::exif;
 use super::metadata::PictureMetadata;
 use super::web_formats::WebPictureDecoder;
 use crate::error::Error;
-use crate::folder::read_file;
+use crate::folder::read_picture_file;
 use crate::limits::{Limits, format_bytes};
 
 pub(crate) use open_exr::decoder_can_abort;
@@ -27,8 +26,8 @@ use open_exr::decode_exr;
 pub struct StoredPicture {
     /// Name of the format.
     pub format_name: &'static str,
-    /// Pixel values: unchanged floating-point numbers from an OpenEXR file, display values in 0..1
-    /// from any other format.
+    /// Pixel values: floating-point numbers from an OpenEXR file, in the primaries of Rec. 709;
+    /// display values in 0..1 from any other format.
     pub picture: Picture,
     /// Whether the pixel values are linear or encoded for display.
     pub encoding: Encoding,
@@ -64,19 +63,7 @@ pub(super) const EXR: &[u8] = b"\x76\x2f\x31\x01";
 /// [`Limit`](crate::ErrorKind::Limit) beyond the limits.
 #[doc(alias("ImageReader", "image::open"))]
 pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error> {
-    let unreadable = |cause: std::io::Error| Error::unreadable(path, &cause);
-    let file = File::open(path).map_err(unreadable)?;
-    let bytes = read_file(&file, limits.file_bytes).map_err(unreadable)?;
-    let too_large = || {
-        Error::over_limit(
-            path.display(),
-            format!(
-                "the file is larger than the limit of {}; use a smaller picture",
-                format_bytes(limits.file_bytes)
-            ),
-        )
-    };
-    decode_picture(path, &bytes.ok_or_else(too_large)?, limits)
+    decode_picture(path, &read_picture_file(path, limits)?, limits)
 }
 
 /// Decodes the picture in the bytes of a file; `path` is for messages only.

@@ -12,6 +12,7 @@ use exr::prelude::{
 use raywright_core::picture::{DataWindow, Encoding, Picture, PictureLayer};
 
 use super::{PictureFailure, StoredPicture, check_size};
+use crate::image_file::primaries::{convert_colour, matrix_to_rec_709};
 use crate::limits::Limits;
 
 /// Decodes an OpenEXR file with all its parts and channels.
@@ -128,7 +129,17 @@ fn assemble_exr_picture(image: FlatImage) -> Result<StoredPicture, PictureFailur
             });
         }
     }
+    let has = |name: &&str| picture.layers.iter().any(|layer| layer.name == **name);
+    let is_rgb = ["R", "G", "B"].iter().all(has);
     let has_colour = move_colour_out_of_layers(&mut picture);
+    match matrix_to_rec_709(image.attributes.chromaticities.filter(|_| is_rgb)) {
+        Ok(None) => {}
+        Ok(Some(matrix)) => {
+            let convert = |rgb: &mut [f32; 3]| *rgb = convert_colour(&matrix, *rgb);
+            picture.rgb.iter_mut().for_each(convert);
+        }
+        Err(remark) => drop(texts.insert("colours".to_owned(), remark.to_owned())),
+    }
     if !picture.is_consistent() {
         return Err(PictureFailure::Wrong(
             "the OpenEXR file cannot be read: a channel does not match its width and height"
