@@ -144,14 +144,7 @@ pub fn load_observed(
             let path = Path::new(name);
             let bytes = refuse_placeholder(bytes.clone())
                 .map_err(|cause| Error::unreadable(path, &cause))?;
-            load_content(
-                path,
-                &input.file_stem(),
-                bytes,
-                &folder,
-                options,
-                observer,
-            )
+            load_content(path, &input.file_stem(), bytes, &folder, options, observer)
         }
     }
 }

@@ -32,102 +32,52 @@ enum PropertyType {
     List,
 }
 
-/// JSON pointers of the supported properties, with `*` in place of an index, and the type of each
-/// property.
-const PROPERTIES: [(&str, PropertyType); 17] = [
-    (
-        "nodes/*/extensions/KHR_node_visibility/visible",
-        PropertyType::Switch,
-    ),
-    ("meshes/*/weights", PropertyType::List),
-    ("cameras/*/perspective/yfov", PropertyType::Number),
-    ("cameras/*/perspective/aspectRatio", PropertyType::Number),
-    ("cameras/*/orthographic/xmag", PropertyType::Number),
-    ("cameras/*/orthographic/ymag", PropertyType::Number),
-    (
-        "extensions/KHR_lights_punctual/lights/*/color",
-        PropertyType::Vector(3),
-    ),
-    (
-        "extensions/KHR_lights_punctual/lights/*/intensity",
-        PropertyType::Number,
-    ),
-    (
-        "extensions/KHR_lights_punctual/lights/*/range",
-        PropertyType::Number,
-    ),
-    (
-        "extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle",
-        PropertyType::Number,
-    ),
-    (
-        "extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle",
-        PropertyType::Number,
-    ),
-    ("materials/*/alphaCutoff", PropertyType::Number),
-    ("materials/*/emissiveFactor", PropertyType::Vector(3)),
-    ("materials/*/normalTexture/scale", PropertyType::Number),
-    (
-        "materials/*/pbrMetallicRoughness/baseColorFactor",
-        PropertyType::Vector(4),
-    ),
-    (
-        "materials/*/pbrMetallicRoughness/metallicFactor",
-        PropertyType::Number,
-    ),
-    (
-        "materials/*/pbrMetallicRoughness/roughnessFactor",
-        PropertyType::Number,
-    ),
+/// JSON pointers of the supported properties, with `*` in place of an index.
+const PROPERTIES: [&str; 17] = [
+    "nodes/*/extensions/KHR_node_visibility/visible",
+    "meshes/*/weights",
+    "cameras/*/perspective/yfov",
+    "cameras/*/perspective/aspectRatio",
+    "cameras/*/orthographic/xmag",
+    "cameras/*/orthographic/ymag",
+    "extensions/KHR_lights_punctual/lights/*/color",
+    "extensions/KHR_lights_punctual/lights/*/intensity",
+    "extensions/KHR_lights_punctual/lights/*/range",
+    "extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle",
+    "extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle",
+    "materials/*/alphaCutoff",
+    "materials/*/emissiveFactor",
+    "materials/*/normalTexture/scale",
+    "materials/*/pbrMetallicRoughness/baseColorFactor",
+    "materials/*/pbrMetallicRoughness/metallicFactor",
+    "materials/*/pbrMetallicRoughness/roughnessFactor",
 ];
 
 /// Supported properties of material extensions; each pointer starts with
 /// `materials/*/extensions/KHR_materials_`.
-const LAYER_PROPERTIES: [(&str, PropertyType); 22] = [
-    ("anisotropy/anisotropyStrength", PropertyType::Number),
-    ("anisotropy/anisotropyRotation", PropertyType::Number),
-    ("clearcoat/clearcoatFactor", PropertyType::Number),
-    ("clearcoat/clearcoatRoughnessFactor", PropertyType::Number),
-    (
-        "clearcoat/clearcoatNormalTexture/scale",
-        PropertyType::Number,
-    ),
-    (
-        "diffuse_transmission/diffuseTransmissionFactor",
-        PropertyType::Number,
-    ),
-    (
-        "diffuse_transmission/diffuseTransmissionColorFactor",
-        PropertyType::Vector(3),
-    ),
-    ("dispersion/dispersion", PropertyType::Number),
-    ("emissive_strength/emissiveStrength", PropertyType::Number),
-    ("ior/ior", PropertyType::Number),
-    ("iridescence/iridescenceFactor", PropertyType::Number),
-    ("iridescence/iridescenceIor", PropertyType::Number),
-    (
-        "iridescence/iridescenceThicknessMinimum",
-        PropertyType::Number,
-    ),
-    (
-        "iridescence/iridescenceThicknessMaximum",
-        PropertyType::Number,
-    ),
-    ("sheen/sheenColorFactor", PropertyType::Vector(3)),
-    ("sheen/sheenRoughnessFactor", PropertyType::Number),
-    ("specular/specularFactor", PropertyType::Number),
-    ("specular/specularColorFactor", PropertyType::Vector(3)),
-    ("transmission/transmissionFactor", PropertyType::Number),
-    ("volume/thicknessFactor", PropertyType::Number),
-    ("volume/attenuationDistance", PropertyType::Number),
-    ("volume/attenuationColor", PropertyType::Vector(3)),
-];
-
-/// Supported properties of a texture reference, after `extensions/KHR_texture_transform/`.
-const TRANSFORM_PROPERTIES: [(&str, PropertyType); 3] = [
-    ("offset", PropertyType::Vector(2)),
-    ("rotation", PropertyType::Number),
-    ("scale", PropertyType::Vector(2)),
+const LAYER_PROPERTIES: [&str; 22] = [
+    "anisotropy/anisotropyStrength",
+    "anisotropy/anisotropyRotation",
+    "clearcoat/clearcoatFactor",
+    "clearcoat/clearcoatRoughnessFactor",
+    "clearcoat/clearcoatNormalTexture/scale",
+    "diffuse_transmission/diffuseTransmissionFactor",
+    "diffuse_transmission/diffuseTransmissionColorFactor",
+    "dispersion/dispersion",
+    "emissive_strength/emissiveStrength",
+    "ior/ior",
+    "iridescence/iridescenceFactor",
+    "iridescence/iridescenceIor",
+    "iridescence/iridescenceThicknessMinimum",
+    "iridescence/iridescenceThicknessMaximum",
+    "sheen/sheenColorFactor",
+    "sheen/sheenRoughnessFactor",
+    "specular/specularFactor",
+    "specular/specularColorFactor",
+    "transmission/transmissionFactor",
+    "volume/thicknessFactor",
+    "volume/attenuationDistance",
+    "volume/attenuationColor",
 ];
 
 /// Returns the type of the property that a JSON pointer refers to; `None` for an unsupported
@@ -141,25 +91,23 @@ fn property_type(pointer: &str) -> Option<PropertyType> {
         }
     };
     let general = pointer.split('/').map(part).collect::<Vec<_>>().join("/");
-    let value_of = |list: &[(&str, PropertyType)], name: &str| {
-        list.iter()
-            .find(|(known, _)| *known == name)
-            .map(|(_, kind)| *kind)
-    };
-    let layer = || {
-        value_of(
-            &LAYER_PROPERTIES,
-            general.strip_prefix("materials/*/extensions/KHR_materials_")?,
-        )
-    };
-    let transform = || {
-        let (texture, name) = general.rsplit_once("/extensions/KHR_texture_transform/")?;
-        value_of(&TRANSFORM_PROPERTIES, name)
-            .filter(|_| texture.starts_with("materials/*/") && texture.ends_with("Texture"))
-    };
-    value_of(&PROPERTIES, &general)
-        .or_else(layer)
-        .or_else(transform)
+    let is_layer = general
+        .strip_prefix("materials/*/extensions/KHR_materials_")
+        .is_some_and(|name| LAYER_PROPERTIES.contains(&name));
+    let is_transform = general
+        .rsplit_once("/extensions/KHR_texture_transform/")
+        .is_some_and(|(texture, name)| {
+            ["offset", "rotation", "scale"].contains(&name)
+                && texture.starts_with("materials/*/")
+                && texture.ends_with("Texture")
+        });
+    let mut keys = general.rsplit('/');
+    let (key, object) = (keys.next()?, keys.next());
+    (PROPERTIES.contains(&general.as_str()) || is_layer || is_transform).then(|| match key {
+        "visible" => PropertyType::Switch,
+        "weights" => PropertyType::List,
+        _ => json::list_length(key, object).map_or(PropertyType::Number, PropertyType::Vector),
+    })
 }
 
 /// Returns the node index and the property (`translation`, `rotation`, `scale` or `weights`) that

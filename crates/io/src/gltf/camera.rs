@@ -1,11 +1,18 @@
 //! Cameras of a glTF file, posed by their nodes.
 
-use raywright_core::scene::{AspectFit, Camera, Pinhole, Pose, Projection};
+use std::collections::HashMap;
+
+use glam::DVec3;
+use raywright_core::affine_from_steps;
+use raywright_core::scene::{
+    AspectFit, Camera, Mesh, MeshSource, Object, Pinhole, Pose, Projection, Scene, Shape,
+};
 use raywright_core::validate::{LEAST_ASPECT, MAX_COORDINATE, MIN_LENGTH, MOST_ASPECT};
 
-use super::entries::CameraEntry as Source;
+use super::document::Document;
+use super::entries::{CameraEntry as Source, ProjectionEntry};
 use super::nodes::NodeInstance;
-use crate::import::{Warnings, format_number};
+use crate::import::{Warnings, format_count, format_number};
 use crate::warning::WarningCode;
 
 /// Converts a camera; returns `None`, and adds a warning, for invalid numbers.
@@ -26,41 +33,36 @@ pub(super) fn convert_camera(
         );
         None
     };
-    let (projection, aspect) = match (
-        camera.kind.as_str(),
-        &camera.perspective,
-        &camera.orthographic,
-    ) {
-        ("perspective", Some(view), _) => {
-            let yfov = f64::from(view.yfov);
-            if !(yfov > 0.0 && yfov < std::f64::consts::PI) {
-                return skip(&format!(
-                    "its yfov of {yfov} radians is not between 0 and pi"
-                ));
-            }
-            let pinhole = Pinhole {
-                vertical_fov: Some(yfov.to_degrees()),
-                ..Pinhole::default()
-            };
-            (
-                Projection::Pinhole(pinhole),
-                view.aspect_ratio.map(f64::from),
-            )
+    let Some(view) = projection(camera) else {
+        return skip("its type is unknown, or the projection of its type is missing");
+    };
+    let (projection, aspect) = if camera.kind == "perspective" {
+        let yfov = f64::from(view.yfov);
+        if !(yfov > 0.0 && yfov < std::f64::consts::PI) {
+            return skip(&format!(
+                "its yfov of {yfov} radians is not between 0 and pi"
+            ));
         }
-        ("orthographic", _, Some(view)) => {
-            let height = 2.0 * f64::from(view.ymag).abs();
-            if !(MIN_LENGTH..=MAX_COORDINATE).contains(&height) {
-                return skip(&format!(
-                    "its ymag (half the height) of {} is zero, or outside the supported lengths from 1e-15 to 1e15",
-                    format_number(view.ymag.into())
-                ));
-            }
-            (
-                Projection::Orthographic { height },
-                Some(2.0 * f64::from(view.xmag).abs() / height),
-            )
+        let pinhole = Pinhole {
+            vertical_fov: Some(yfov.to_degrees()),
+            ..Pinhole::default()
+        };
+        (
+            Projection::Pinhole(pinhole),
+            view.aspect_ratio.map(f64::from),
+        )
+    } else {
+        let height = 2.0 * f64::from(view.ymag).abs();
+        if !(MIN_LENGTH..=MAX_COORDINATE).contains(&height) {
+            return skip(&format!(
+                "its ymag (half the height) of {} is zero, or outside the supported lengths from 1e-15 to 1e15",
+                format_number(view.ymag.into())
+            ));
         }
-        _ => return skip("its type is unknown, or the projection of its type is missing"),
+        (
+            Projection::Orthographic { height },
+            Some(2.0 * f64::from(view.xmag).abs() / height),
+        )
     };
     let Some(pose) = camera_pose(instance) else {
         return skip("the transform of its node has no inverse: a scale is zero");
@@ -92,4 +94,75 @@ fn camera_pose(instance: &NodeInstance) -> Option<Pose> {
         up: up.into(),
         back: back.into(),
     })
+}
+
+/// Largest number of cameras that are checked for clipped objects. A file may have as many cameras
+/// as objects.
+const MOST_CHECKED: usize = 16;
+
+/// Warns about objects that a camera's near or far plane would clip, because a picture shows them.
+/// Such objects lie between the camera and its near plane, or extend beyond its far plane.
+/// `sources` are the indices in the file of the scene's cameras.
+pub(super) fn warn_clipped_objects(
+    document: &Document,
+    scene: &Scene,
+    sources: &[usize],
+    warnings: &mut Warnings,
+) {
+    let boxes: HashMap<&str, [DVec3; 2]> = scene
+        .meshes
+        .iter()
+        .filter(|_| !sources.is_empty())
+        .filter_map(|mesh| Some((mesh.name.as_str(), mesh_box(mesh)?)))
+        .collect();
+    for (camera, &source) in scene.cameras.iter().zip(sources).take(MOST_CHECKED) {
+        let entry = &document.cameras[source];
+        let (Some(planes), Pose::Axes { eye, back, .. }) = (projection(entry), &camera.pose) else {
+            continue;
+        };
+        let [eye, back] = [eye, back].map(|vector| DVec3::from(*vector));
+        let near = 0.0..f64::from(planes.znear);
+        let far = f64::from(planes.zfar.unwrap_or(f32::INFINITY)) * (1.0 + 1e-6);
+        let is_clipped = |object: &&Object| {
+            let Shape::Mesh(mesh) = &object.shape else {
+                return false;
+            };
+            boxes.get(mesh.as_str()).is_some_and(|[least, most]| {
+                let world = affine_from_steps(&object.transform);
+                let middle = (eye - world.transform_point3((least + most) / 2.0)).dot(back);
+                let reach = (world.matrix3.transpose() * back).abs();
+                let farthest = middle + reach.dot((most - least) / 2.0);
+                near.contains(&farthest) || farthest > far
+            })
+        };
+        let count = scene.objects.iter().filter(is_clipped).count();
+        if count > 0 {
+            warnings.add(
+                WarningCode::CameraOrLight,
+                format!(
+                    "cameras[{source}]: its znear and zfar are ignored; {} outside them can be visible",
+                    format_count(count, "object")
+                ),
+            );
+        }
+    }
+}
+
+/// Returns the projection of a camera's own type.
+fn projection(camera: &Source) -> Option<&ProjectionEntry> {
+    match camera.kind.as_str() {
+        "perspective" => camera.perspective.as_ref(),
+        "orthographic" => camera.orthographic.as_ref(),
+        _ => None,
+    }
+}
+
+/// Returns the least and the largest coordinates of a mesh in its own space.
+fn mesh_box(mesh: &Mesh) -> Option<[DVec3; 2]> {
+    let MeshSource::Inline(data) = &mesh.source else {
+        return None;
+    };
+    (0..data.positions.len())
+        .map(|vertex| [data.positions.position(vertex); 2])
+        .reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
 }

@@ -1,10 +1,10 @@
 //! Deformation of a mesh before its node's transform: morph targets by their weights, then skins by
 //! their joints (glTF 2.0, sections 3.7.2.2 and 3.7.3).
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::rc::Rc;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3, DVec4};
 
 use super::GltfImport;
 use super::accessor::Accessor;
@@ -189,15 +189,14 @@ impl GltfImport<'_> {
         count: usize,
         deforming: &mut DeformingMesh,
     ) -> ImportResult<()> {
-        for (i, (target, &weight)) in primitive
-            .targets
-            .iter()
-            .zip(&pose.weights)
-            .enumerate()
-            .filter(|(_, (_, weight))| **weight != 0.0)
-        {
-            self.apply_morph_target(target, weight, vertices, count, deforming)
-                .map_err(|fault| fault.with_place(format_args!("targets[{i}]")))?;
+        for (name, list) in [
+            ("POSITION", &mut deforming.positions),
+            ("NORMAL", &mut deforming.normals),
+        ] {
+            if !list.is_empty() {
+                let add = |i: usize, step: DVec4| list[i] += step.truncate();
+                self.add_morph_offsets(primitive, pose, (name, &[3]), vertices, count, add)?;
+            }
         }
         match &pose.skin {
             Some(skin) => self.apply_skin(primitive, skin, vertices, count, deforming),
@@ -217,36 +216,40 @@ impl GltfImport<'_> {
         Ok(())
     }
 
-    /// Adds the offsets of a morph target, multiplied by the target's weight, to positions and
-    /// normals.
-    fn apply_morph_target(
+    /// Calls `add` with each vertex and its offset of each morph target, multiplied by the target's
+    /// weight, for the attribute with this name and its permitted numbers of components.
+    pub(super) fn add_morph_offsets(
         &mut self,
-        target: &BTreeMap<String, u32>,
-        weight: f64,
+        primitive: &PrimitiveEntry,
+        pose: &MeshDeformation,
+        (name, arities): (&str, &[usize]),
         vertices: &VertexSelection,
         count: usize,
-        deforming: &mut DeformingMesh,
+        mut add: impl FnMut(usize, DVec4),
     ) -> ImportResult<()> {
-        for (name, list) in [
-            ("POSITION", &mut deforming.positions),
-            ("NORMAL", &mut deforming.normals),
-        ] {
-            let Some(&index) = target.get(name).filter(|_| !list.is_empty()) else {
+        for (i, (target, &weight)) in primitive.targets.iter().zip(&pose.weights).enumerate() {
+            let Some(&index) = target.get(name).filter(|_| weight != 0.0) else {
                 continue;
             };
-            self.count_displaced_vertices(list.len())?;
-            let steps = self
-                .reader
-                .open(index as usize)
-                .map_err(|fault| fault.with_place(name))?;
-            if steps.element_arity() != 3 || steps.count() != count {
+            let place = |fault: Fault| fault.with_place(format_args!("targets[{i}]: {name}"));
+            self.count_displaced_vertices(vertices.len())
+                .map_err(place)?;
+            let mut steps = self.reader.open(index as usize).map_err(place)?;
+            if !arities.contains(&steps.element_arity()) || steps.count() != count {
                 let (n, m) = (steps.count(), steps.element_arity());
-                return Err(Fault::invalid_input(format!(
-                    "{name}: has {n} elements of {m} numbers, but the mesh has {count} vertices with 3 numbers each"
-                )));
+                let arity = arities.iter().max().unwrap_or(&0);
+                return Err(place(Fault::invalid_input(format!(
+                    "has {n} elements of {m} numbers, but the mesh has {count} vertices with {arity} numbers each"
+                ))));
             }
-            for (value, vertex) in list.iter_mut().zip(vertices.iter()) {
-                *value += read_dvec3(&steps, vertex) * weight;
+            if name.starts_with("COLOR_") {
+                steps.mark_as_normalised();
+            }
+            for (i, vertex) in vertices.iter().enumerate() {
+                add(
+                    i,
+                    DVec4::from(steps.read_vector::<4>(vertex).map(f64::from)) * weight,
+                );
             }
         }
         Ok(())
@@ -349,6 +352,17 @@ impl SkinTransforms {
             matrix3: sum.matrix3 * total.recip(),
             translation: sum.translation / total,
         })
+    }
+}
+
+/// Returns a function that adds a vertex's offset to its value in a list.
+pub(super) fn offset_values<const N: usize>(
+    values: &mut [[f32; N]],
+) -> impl FnMut(usize, DVec4) + '_ {
+    move |vertex, step| {
+        for (value, step) in values[vertex].iter_mut().zip(step.to_array()) {
+            *value = (f64::from(*value) + step) as f32;
+        }
     }
 }
 

@@ -326,4 +326,53 @@ mod tests {
                 .starts_with("nodes: is no valid glTF")
         );
     }
+
+    /// Protects: the first numbers of a list apply where glTF defines fewer, in the base schema and
+    /// in extensions, with one warning of the first path; weights have any length, extras none.
+    #[test]
+    fn surplus_numbers_are_passed_over() {
+        let mut warnings = Warnings::default();
+        let text = r#"{ "asset": { "version": "2.0" }, "extras": { "color": [1, 2, 3, 4] },
+            "meshes": [{ "primitives": [], "weights": [1, 2, 3, 4, 5] }],
+            "nodes": [{}, { "translation": [1, 2, 3, [4, 5]], "scale": [1,2,3,4.0], "rotation": [0, 0, 0, 1, 9],
+                "matrix": [1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17] }],
+            "materials": [{ "emissiveFactor": [0.5, 0, 0, "x"], "emissiveTexture": { "index": 0,
+                "extensions": { "KHR_texture_transform": { "offset": [1, 2, 3], "scale": [4, 5, 6] } } },
+                "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 1, 1] } }],
+            "extensions": { "KHR_lights_punctual": { "lights": [{ "type": "spot", "color": [1, 0, 0, 1] }] } } }"#;
+        let document =
+            parse(text.as_bytes(), &Limits::default(), &mut warnings).expect("a document");
+        let (node, material) = (&document.nodes[1], &document.materials[0]);
+        assert_eq!(node.translation, Some([1.0, 2.0, 3.0]));
+        assert_eq!(
+            (node.scale, node.rotation),
+            (Some([1.0, 2.0, 3.0]), Some([0.0, 0.0, 0.0, 1.0]))
+        );
+        assert_eq!(node.matrix.as_ref().map(|matrix| matrix[15]), Some(16.0));
+        assert_eq!(material.emissive_factor, [0.5, 0.0, 0.0]);
+        let texture = material.emissive_texture.as_ref().expect("a texture");
+        let map = texture.extensions.transform.as_ref().expect("a transform");
+        assert_eq!((map.offset, map.scale), ([1.0, 2.0], [4.0, 5.0]));
+        assert_eq!(document.extensions.lights.lights[0].color, [1.0, 0.0, 0.0]);
+        assert_eq!(document.meshes[0].weights.len(), 5);
+        let found = warnings.into_warnings("a");
+        assert_eq!(found.len(), 1, "{found:?}");
+        let message = &found[0].message;
+        assert!(
+            message.contains("nodes[1].translation: has more numbers")
+                && message.contains("one of 9"),
+            "{message}"
+        );
+        let comma = r#""nodes": [{ "translation": [1, 2, 3,] }]"#;
+        assert!(
+            read(comma).is_err(),
+            "a comma before a bracket is no surplus"
+        );
+        let few = read(r#""nodes": [{ "translation": [1, 2] }]"#).expect_err("two numbers");
+        assert!(
+            few.message
+                .starts_with("nodes[0].translation: is no valid glTF: invalid length 2"),
+            "{few:?}"
+        );
+    }
 }

@@ -21,21 +21,27 @@ const MOST_DEPTH: usize = 128;
 
 /// Returns the length of the list of numbers that glTF and its supported extensions store under a
 /// key. `object` is the key of the object that contains the list.
-fn list_length(key: &str, object: Option<&str>) -> Option<usize> {
-    match key {
-        "scale" if object == Some("KHR_texture_transform") => Some(2),
-        "offset" => Some(2),
-        "attenuationColor"
-        | "color"
-        | "diffuseTransmissionColorFactor"
-        | "emissiveFactor"
-        | "scale"
-        | "sheenColorFactor"
-        | "specularColorFactor"
-        | "specularFactor"
-        | "translation" => Some(3),
-        "baseColorFactor" | "diffuseFactor" | "rotation" => Some(4),
-        "matrix" => Some(16),
+pub(super) fn list_length(key: &str, object: Option<&str>) -> Option<usize> {
+    match (key, object) {
+        ("offset" | "scale", Some("KHR_texture_transform")) => Some(2),
+        // Nodes are elements of a list, and have no key.
+        ("rotation" | "scale", Some(_)) | ("specularFactor", Some("KHR_materials_specular")) => {
+            None
+        }
+        (
+            "attenuationColor"
+            | "color"
+            | "diffuseTransmissionColorFactor"
+            | "emissiveFactor"
+            | "scale"
+            | "sheenColorFactor"
+            | "specularColorFactor"
+            | "specularFactor"
+            | "translation",
+            _,
+        ) => Some(3),
+        ("baseColorFactor" | "diffuseFactor" | "rotation", _) => Some(4),
+        ("matrix", _) => Some(16),
         _ => None,
     }
 }
@@ -118,6 +124,13 @@ impl OpenBracket {
 
 /// Rewrites a JSON text. Returns `None` if nothing changes, or beyond the nesting limit.
 pub(super) fn rewrite_json(text: &[u8]) -> Option<RewrittenJson> {
+    let (out, _) = scan_json(text)?;
+    out.is_changed.then_some(out)
+}
+
+/// Rewrites a JSON text or its beginning, and returns the brackets that are open at its end. `None`
+/// beyond the nesting limit.
+fn scan_json(text: &[u8]) -> Option<(RewrittenJson, Vec<OpenBracket>)> {
     let (mut out, mut open) = (
         RewrittenJson {
             text: Vec::with_capacity(text.len()),
@@ -170,7 +183,7 @@ pub(super) fn rewrite_json(text: &[u8]) -> Option<RewrittenJson> {
         }
         position += length;
     }
-    out.is_changed.then_some(out)
+    Some((out, open))
 }
 
 impl RewrittenJson {
@@ -206,11 +219,8 @@ impl RewrittenJson {
         if has_elements && holders().all(|name| name != "extras") {
             self.overwrite(start..end);
             self.long_lists.add(|| {
-                let path = format_path(open.iter().map(|entry| match &entry.name {
-                    Some(name) if entry.is_object => (Some(name.as_str()), 0),
-                    _ => (None, entry.commas),
-                }));
-                format!("{}: has more numbers than glTF defines", sanitise_text(&path))
+                let path = sanitise_text(&format_path(open));
+                format!("{path}: has more numbers than glTF defines")
             });
         }
     }
@@ -288,44 +298,18 @@ pub(super) fn json_path_at(text: &[u8], line: usize, column: usize) -> String {
         .map(<[u8]>::len)
         .sum();
     let text = &text[..text.len().min(lines + column)];
-    // Current entry of each open bracket. For an object: the name of the current member, empty
-    // before the name is read. For an array: the index of the current element.
-    let (mut entries, mut position) = (Vec::<(Option<String>, usize)>::new(), 0);
-    let mut is_name = false;
-    while let Some(&byte) = text.get(position) {
-        let length = if byte == b'"' {
-            string_length(&text[position..])
-        } else {
-            1
-        };
-        match (byte, entries.last_mut()) {
-            (b'"', Some((name, _))) if is_name => {
-                *name = Some(decode_string(&text[position..position + length]))
-            }
-            (b'{', _) => entries.push((Some(String::new()), 0)),
-            (b'[', _) => entries.push((None, 0)),
-            (b'}' | b']', _) => drop(entries.pop()),
-            (b',', Some((_, place))) => *place += 1,
-            _ => {}
-        }
-        if !byte.is_ascii_whitespace() {
-            is_name = byte == b'{'
-                || byte == b',' && entries.last().is_some_and(|(name, _)| name.is_some());
-        }
-        position += length;
-    }
-    format_path(entries.iter().map(|(name, index)| (name.as_deref(), *index)))
+    scan_json(text).map_or(String::new(), |(_, open)| format_path(&open))
 }
 
-/// Formats a path from the current entry of each open bracket: the name of a member, or the index
-/// of an element.
-fn format_path<'a>(entries: impl Iterator<Item = (Option<&'a str>, usize)>) -> String {
+/// Formats the path of the current entry of the innermost open bracket.
+fn format_path(open: &[OpenBracket]) -> String {
     let mut path = String::new();
-    for (name, index) in entries {
-        match name {
-            Some(name) if path.is_empty() => path = name.to_owned(),
+    for entry in open {
+        match &entry.name {
+            Some(name) if path.is_empty() => path.clone_from(name),
             Some(name) => path.extend([".", name]),
-            None => path.push_str(&format!("[{index}]")),
+            None if entry.is_object => {}
+            None => path.push_str(&format!("[{}]", entry.commas)),
         }
     }
     path

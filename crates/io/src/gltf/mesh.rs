@@ -5,7 +5,7 @@ use raywright_core::scene::MeshData;
 
 use super::GltfImport;
 use super::accessor::Accessor;
-use super::deform::{DeformingMesh, MeshDeformation, read_dvec3_list};
+use super::deform::{DeformingMesh, MeshDeformation, offset_values, read_dvec3_list};
 use super::document::Document;
 use super::entries::PrimitiveEntry;
 use super::material::ConvertedMaterial;
@@ -58,9 +58,9 @@ impl<'a> GltfImport<'a> {
         if material.needs_tangents && pose.is_identity() && !data.normals.is_empty() {
             data.tangents = self.read_tangents(primitive, &positions, &vertices)?;
         }
-        data.uvs =
-            self.read_texture_coordinates(primitive, material, &positions, &vertices, &place)?;
-        if let Some(colours) = self.read_vertex_colours(primitive, &positions, &vertices)? {
+        data.uvs = self
+            .read_texture_coordinates(primitive, pose, material, &positions, &vertices, &place)?;
+        if let Some(colours) = self.read_vertex_colours(primitive, pose, &positions, &vertices)? {
             data.colours = colours;
             self.enable_vertex_colours(material);
         }
@@ -120,19 +120,29 @@ impl<'a> GltfImport<'a> {
         Ok(())
     }
 
-    /// Reads the primitive's vertex colours; `None` if the primitive has no vertex colours.
+    /// Reads the primitive's vertex colours, changed by morph targets; `None` if the primitive has no
+    /// vertex colours.
     fn read_vertex_colours(
         &mut self,
         primitive: &PrimitiveEntry,
+        pose: &MeshDeformation,
         positions: &Accessor,
         vertices: &VertexSelection,
     ) -> ImportResult<Option<Vec<[f32; 4]>>> {
-        let colours = self.open_vertex_attribute(primitive, "COLOR_0", &[3, 4], positions)?;
-        Ok(colours.map(|mut colours| {
-            colours.mark_as_normalised();
-            let opaque = colours.element_arity() == 3;
-            vertices.map_selected_vertices(|v| clamp_colour(colours.read_vector(v), opaque))
-        }))
+        let attribute: (&str, &[usize]) = ("COLOR_0", &[3, 4]);
+        let colours = self.open_vertex_attribute(primitive, attribute.0, attribute.1, positions)?;
+        let Some(mut colours) = colours else {
+            return Ok(None);
+        };
+        colours.mark_as_normalised();
+        let opaque = colours.element_arity() == 3;
+        let mut values = vertices.map_selected_vertices(|v| colours.read_vector::<4>(v));
+        let count = positions.count();
+        let add = offset_values(&mut values);
+        self.add_morph_offsets(primitive, pose, attribute, vertices, count, add)?;
+        let clamp = |value: &mut [f32; 4]| *value = clamp_colour(*value, opaque);
+        values.iter_mut().for_each(clamp);
+        Ok(Some(values))
     }
 
     /// Reads the primitive's tangents. The list is empty if the primitive has no tangents or if any
@@ -209,11 +219,13 @@ impl<'a> GltfImport<'a> {
         }
     }
 
-    /// Returns all sets of texture coordinates that the primitive has or its material uses. A
-    /// missing set consists of zeros, with a warning if the material uses the set.
+    /// Returns all sets of texture coordinates that the primitive has or its material uses, changed
+    /// by morph targets. A missing set consists of zeros, with a warning if the material uses the
+    /// set.
     fn read_texture_coordinates(
         &mut self,
         primitive: &PrimitiveEntry,
+        pose: &MeshDeformation,
         material: &ConvertedMaterial,
         positions: &Accessor,
         vertices: &VertexSelection,
@@ -229,10 +241,17 @@ impl<'a> GltfImport<'a> {
             size_of::<[f32; 2]>() * own.max(requested) as usize,
         )?;
         for set in 0..own.max(requested) {
-            match self.open_vertex_attribute(primitive, &uv_attribute_name(set), &[2], positions)? {
-                Some(uv) => sets.push(
-                    vertices.map_selected_vertices(|v| uv.read_vector(v).map(finite_or_zero)),
-                ),
+            let name = uv_attribute_name(set);
+            match self.open_vertex_attribute(primitive, &name, &[2], positions)? {
+                Some(uv) => {
+                    let mut values = vertices.map_selected_vertices(|v| uv.read_vector::<2>(v));
+                    let (attribute, count) = ((name.as_str(), &[2][..]), positions.count());
+                    let add = offset_values(&mut values);
+                    self.add_morph_offsets(primitive, pose, attribute, vertices, count, add)?;
+                    let numbers = values.as_flattened_mut().iter_mut();
+                    numbers.for_each(|value| *value = finite_or_zero(*value));
+                    sets.push(values);
+                }
                 None => {
                     sets.push(vec![[0.0; 2]; vertices.len()]);
                     missing.push(set);

@@ -236,6 +236,8 @@ struct GltfImport<'a> {
     /// Index of the chosen variant; `None`: the default materials.
     variant: Option<u32>,
     scene: Scene,
+    /// Indices in the file of the scene's cameras.
+    camera_sources: Vec<usize>,
     names: ImportedNames,
     /// Converted materials, by index in the file; the key `None` is the default material.
     materials: HashMap<Option<usize>, ConvertedMaterial>,
@@ -282,6 +284,7 @@ impl<'a> GltfImport<'a> {
             warnings,
             variant: None,
             scene: Scene::default(),
+            camera_sources: Vec::new(),
             names: ImportedNames::default(),
             materials: HashMap::new(),
             textures: HashMap::new(),
@@ -319,6 +322,12 @@ impl<'a> GltfImport<'a> {
                 .map_err(|fault| fault.with_place(format_args!("nodes[{}]", instance.node)))?;
         }
         self.warn_points_and_lines();
+        camera::warn_clipped_objects(
+            self.document,
+            &self.scene,
+            &self.camera_sources,
+            &mut self.warnings,
+        );
         self.decode_images()?;
         if self.scene.objects.is_empty() {
             self.warnings.add(

@@ -89,13 +89,10 @@ impl GltfImport<'_> {
             .get(index)
             .ok_or_else(|| missing_index_fault("cameras", index, list.len()))?;
         let name = own_or_node_name(camera.name.as_deref(), node);
-        self.scene.cameras.extend(camera::convert_camera(
-            camera,
-            index,
-            name,
-            instance,
-            &mut self.warnings,
-        ));
+        let camera = camera::convert_camera(camera, index, name, instance, &mut self.warnings);
+        self.camera_sources
+            .extend(camera.is_some().then_some(index));
+        self.scene.cameras.extend(camera);
         Ok(())
     }
 

@@ -624,3 +624,69 @@ fn real_rigs() {
         );
     }
 }
+
+/// Protects: colours and texture coordinates move with morph targets too, by their weights; sums of
+/// colours are clamped, and a target of another length is refused.
+#[test]
+fn targets_move_colours_and_coordinates() {
+    let made = |weights: Value, offsets: usize| {
+        let mut made = KeyedTriangle::new();
+        let colours = made.accessor("VEC3", &[1.0, 0.0, 0.0].repeat(3));
+        let recolour = made.accessor("VEC3", &[-1.0, 0.5, 2.0].repeat(offsets));
+        let uvs = made.accessor("VEC2", &[0.25, 0.5].repeat(3));
+        let shift = made.accessor("VEC2", &[0.5, -1.0].repeat(3));
+        made.with(|d| {
+            let primitive = &mut d["meshes"][0]["primitives"][0];
+            primitive["attributes"]["COLOR_0"] = json!(colours);
+            primitive["attributes"]["TEXCOORD_0"] = json!(uvs);
+            primitive["targets"] = json!([{ "COLOR_0": recolour }, { "TEXCOORD_0": shift }]);
+            d["meshes"][0]["weights"] = weights;
+        })
+    };
+    for (weights, colour, uv) in [
+        (json!([0, 0]), [1.0, 0.0, 0.0, 1.0], [0.25, 0.5]),
+        (json!([0.5, 1]), [0.5, 0.25, 1.0, 1.0], [0.75, -0.5]),
+        (json!([1, -1]), [0.0, 0.5, 1.0, 1.0], [-0.25, 1.5]),
+    ] {
+        let loaded = load_at(&made(weights, 3), None);
+        let raywright_core::scene::MeshSource::Inline(data) = &loaded.scene.meshes[0].source else {
+            panic!("a mesh")
+        };
+        assert_eq!((data.colours[2], data.uvs[0][2]), (colour, uv));
+    }
+    let error = made(json!([1, 0]), 2)
+        .load_with(None, None, None)
+        .expect_err("two of three");
+    assert!(
+        error
+            .message()
+            .contains("targets[0]: COLOR_0: has 2 elements"),
+        "{error}"
+    );
+}
+
+/// Protects: objects that znear or zfar would clip are told, and none where nothing is clipped.
+#[test]
+fn clipped_objects_are_told() {
+    // The triangle lies at z = 5, and the camera looks at it from `z`, at a node of its own.
+    let warned = |kind: &str, z: f64, near: f64, far: Value| {
+        let mut view = json!({ "znear": near, "yfov": 1, "xmag": 1, "ymag": 1 });
+        if !far.is_null() {
+            view["zfar"] = far;
+        }
+        let made = KeyedTriangle::new().with(|d| {
+            d["cameras"] = json!([{ "type": kind, kind: view }]);
+            d["nodes"][2] = json!({ "camera": 0, "translation": [0, 0, z] });
+            d["scenes"][0]["nodes"] = json!([0, 2]);
+        });
+        let warnings = load_at(&made, None).warnings;
+        warnings
+            .iter()
+            .any(|warning| warning.message.contains("cameras[0]: its znear and zfar"))
+    };
+    for kind in ["perspective", "orthographic"] {
+        assert!(!warned(kind, 15.0, 0.1, json!(100)) && !warned(kind, 15.0, 0.1, Value::Null));
+        assert!(warned(kind, 15.0, 11.0, json!(100)) && warned(kind, 15.0, 0.1, json!(9)));
+        assert!(!warned(kind, 0.0, 0.1, json!(9)), "it is behind the camera");
+    }
+}

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::extended;
+use super::{defaulted, extended};
 
 extended! {
     /// Supported extensions of the whole file.
@@ -42,22 +42,11 @@ pub(in crate::gltf) struct LightEntry {
     pub spot: Option<SpotCone>,
 }
 
-/// Cone of a spotlight; angles in radians from the axis.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(in crate::gltf) struct SpotCone {
-    pub inner_cone_angle: f32,
-    pub outer_cone_angle: f32,
-}
-
-impl Default for SpotCone {
-    fn default() -> Self {
-        Self {
-            inner_cone_angle: 0.0,
-            outer_cone_angle: core::f32::consts::FRAC_PI_4,
-        }
-    }
-}
+defaulted!(
+    /// Cone of a spotlight; angles in radians from the axis.
+    #[derive(Clone)]
+    SpotCone { inner_cone_angle: f32 = 0.0, outer_cone_angle: f32 = core::f32::consts::FRAC_PI_4 }
+);
 
 fn default_colour() -> [f32; 3] {
     [1.0; 3]
@@ -74,28 +63,24 @@ pub(in crate::gltf) struct CameraEntry {
     /// `perspective` or `orthographic`.
     #[serde(rename = "type")]
     pub kind: String,
-    pub perspective: Option<PerspectiveEntry>,
-    pub orthographic: Option<OrthographicEntry>,
+    pub perspective: Option<ProjectionEntry>,
+    pub orthographic: Option<ProjectionEntry>,
 }
 
-/// A perspective projection; the near and far planes are ignored.
-#[derive(Debug, Deserialize)]
-pub(in crate::gltf) struct PerspectiveEntry {
+/// A perspective or orthographic projection.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(in crate::gltf) struct ProjectionEntry {
     /// Vertical field of view in radians.
     pub yfov: f32,
     /// Width over height.
-    #[serde(default, rename = "aspectRatio")]
     pub aspect_ratio: Option<f32>,
-}
-
-/// An orthographic projection.
-#[derive(Debug, Deserialize)]
-pub(in crate::gltf) struct OrthographicEntry {
     /// Half the width.
-    #[serde(default)]
     pub xmag: f32,
     /// Half the height.
     pub ymag: f32,
+    pub znear: f32,
+    pub zfar: Option<f32>,
 }
 
 /// An animation: channels that are played together.
@@ -198,18 +183,10 @@ pub(in crate::gltf) struct SkinEntry {
     pub joints: Vec<u32>,
 }
 
-/// Visibility of a node and its descendants.
-#[derive(Debug, Deserialize)]
-#[serde(default)]
-pub(in crate::gltf) struct NodeVisibility {
-    pub visible: bool,
-}
-
-impl Default for NodeVisibility {
-    fn default() -> Self {
-        Self { visible: true }
-    }
-}
+defaulted!(
+    /// Visibility of a node and its descendants.
+    NodeVisibility { visible: bool = true }
+);
 
 /// Reference from a node to a light of KHR_lights_punctual, by index.
 #[derive(Debug, Default, Deserialize)]

@@ -5,25 +5,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::Value;
 
-use super::extended;
-
-/// Declares a struct of JSON keys with their types and default values.
-macro_rules! defaulted {
-    ($(#[$doc:meta])* $name:ident { $($key:ident: $type:ty = $default:expr),* $(,)? }) => {
-        $(#[$doc])*
-        #[derive(Debug, Deserialize)]
-        #[serde(default, rename_all = "camelCase")]
-        pub(in crate::gltf) struct $name {
-            $(pub $key: $type,)*
-        }
-
-        impl Default for $name {
-            fn default() -> Self {
-                Self { $($key: $default,)* }
-            }
-        }
-    };
-}
+use super::{defaulted, extended};
 
 /// Reference of a material to a texture.
 #[derive(Debug, Deserialize)]

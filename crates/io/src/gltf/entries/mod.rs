@@ -11,12 +11,32 @@ pub(super) use data::{
 };
 pub(super) use graph::{
     AnimationChannel, AnimationEntry, AnimationSampler, CameraEntry, Interpolation, LightEntry,
-    MeshInstancing, NodeEntry, RootExtensions, SceneEntry, SkinEntry, SpotCone,
+    MeshInstancing, NodeEntry, ProjectionEntry, RootExtensions, SceneEntry, SkinEntry, SpotCone,
 };
 pub(super) use material::{
     ImageEntry, MaterialEntry, MaterialExtensions, SpecularGlossiness, TextureEntry, TextureInfo,
     TextureSampler, TextureTransform,
 };
+
+/// Declares a struct of JSON keys with their types and default values.
+macro_rules! defaulted {
+    ($(#[$doc:meta])* $name:ident { $($key:ident: $type:ty = $default:expr),* $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Debug, Deserialize)]
+        #[serde(default, rename_all = "camelCase")]
+        pub(in crate::gltf) struct $name {
+            $(pub $key: $type,)*
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($key: $default,)* }
+            }
+        }
+    };
+}
+
+use defaulted;
 
 /// Declares a struct for the extensions of a glTF entry, with a typed field for each supported
 /// extension and a map of the unsupported extensions. The deserializer is written by hand, because
