@@ -40,6 +40,11 @@ pub struct NonSchlickReflectance<N: Number> {
     pub(super) tabulated_lanes: N::Mask,
 }
 
+/// Greatest ratio of the energy that microfacets leave along the view to its mean. Both are
+/// estimates by different tables. Where little light passes the microfacets, their errors may
+/// exceed the mean; the limit keeps the base as dark as the mean.
+const MOST_OVER_MEAN: f64 = 4.0;
+
 /// Microfacets over a diffuse base, for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MicrofacetLayer<N: Number> {
@@ -92,10 +97,12 @@ impl<N: Number> MicrofacetLayer<N> {
                 base,
             );
         }
+        let left = self.unreflected_energy(wo, cosine);
+        if self.non_schlick.is_some() {
+            base = base.max(left[0] / N::from_f64(MOST_OVER_MEAN));
+        }
         Self {
-            energy_complement: self
-                .energy_complement
-                .with_view_energy(self.unreflected_energy(wo, cosine), [base, lost]),
+            energy_complement: self.energy_complement.with_view_energy(left, [base, lost]),
             ..self
         }
     }

@@ -59,18 +59,19 @@ impl<N: Number> TintedFresnel<N> {
     }
 }
 
-/// Cosines at which [`TintedFresnel::fresnel_ratio_bounds`] compares reflectances, on the side of
-/// lower index.
+/// Cosines at which [`TintedFresnel::tint_bounds`] compares reflectances, on the side of lower
+/// index.
 const COMPARED_COSINES: [f64; 5] = [1.0, 0.8, 0.5, 0.25, 0.1];
 
 impl<N: Number> TintedFresnel<N> {
-    /// Returns the least and the greatest ratio, by channel, of this reflectance to the Fresnel
-    /// reflectance without tint and film. The angles are those of [`COMPARED_COSINES`].
-    pub(super) fn fresnel_ratio_bounds(&self) -> [N::Vec3; 2] {
+    /// Returns the least and the greatest tint, by channel, that makes Fresnel's reflectance this
+    /// reflectance, from 0 to 2 as in [`MultipleScattering`]. The angles are those of
+    /// [`COMPARED_COSINES`].
+    pub(super) fn tint_bounds(&self) -> [N::Vec3; 2] {
         if self.film.is_none() && self.rule != FresnelRule::Schlick {
             return [self.reflected; 2];
         }
-        let over = |lane: usize, own: f64| {
+        let tint = |lane: usize, own: f64| {
             let ior = N::f64_lane(self.ior, lane);
             let beyond = (1.0 - (1.0 - own * own) / ior.max(1.0 / ior).powi(2)).sqrt();
             let [outside, inside] = if ior < 1.0 {
@@ -78,14 +79,20 @@ impl<N: Number> TintedFresnel<N> {
             } else {
                 [own, beyond]
             };
-            let exact = fresnel::fresnel_dielectric(outside, Some(inside), 1.0 / ior).max(1e-6);
-            DVec3::from(self.reflectance(lane, Some([outside, inside]))) / exact
+            let exact = fresnel::fresnel_dielectric(outside, Some(inside), 1.0 / ior);
+            DVec3::from(self.reflectance(lane, Some([outside, inside]))).map(|found| {
+                if found > exact {
+                    1.0 + (found - exact) / (1.0 - exact)
+                } else {
+                    found / exact.max(f64::MIN_POSITIVE)
+                }
+            })
         };
         let fold = |of: fn(DVec3, DVec3) -> DVec3| {
             let lane = |lane: usize| {
                 COMPARED_COSINES
                     .iter()
-                    .fold(DVec3::ONE, |all, &cosine| of(all, over(lane, cosine)))
+                    .fold(DVec3::ONE, |all, &cosine| of(all, tint(lane, cosine)))
             };
             <N::Vec3 as Vector3<N>>::from_lanes(lane)
         };

@@ -8,18 +8,22 @@
 
 use super::diffuse_base::DiffuseBase;
 use super::energy::directional_albedo;
+use super::fresnel::FresnelRule;
 use super::ggx::{Ggx, reflect};
 use super::glass_layer::{ThinDielectric, TintedDielectric};
 use super::layer_fields::layer;
 use super::lobe_traits::{BsdfLobe, Directions, ScatteringLobe};
 use super::microfacet_reflectance::MicrofacetReflectance;
 use super::multiple_scattering::MultipleScattering;
+use super::rough_boundary_tables::fresnel_albedo;
 use super::shading_frame::ShadingFrame;
 use super::sheen::Sheen;
 use crate::number::{Number, Vector3};
 
-/// Reflectance of a coat at normal incidence, for the index of refraction 1.5.
-pub(super) const COAT_F0: f64 = 0.04;
+/// Index of refraction of a coat.
+const COAT_IOR: f64 = 1.5;
+/// Reflectance of a coat at normal incidence.
+const COAT_F0: f64 = 0.04;
 
 layer! {
     /// A clear coat over all other layers of a surface.
@@ -33,13 +37,38 @@ layer! {
 }
 
 impl<N: Number> Coat<N> {
+    /// Returns the reflectance of the coat's microfacets, weighted by its share of the surface.
+    pub(super) fn reflectance(&self, rule: FresnelRule) -> MicrofacetReflectance<N> {
+        MicrofacetReflectance {
+            shares: [self.weight, N::ZERO],
+            dielectric: [N::Vec3::splat(N::from_f64(COAT_F0)), N::Vec3::ONE],
+            exact: (rule == FresnelRule::Exact).then(|| N::f64_from_lanes(|_| COAT_IOR)),
+            metal: N::Vec3::ZERO,
+            conductor: None,
+            film: None,
+        }
+    }
+
+    /// Returns the share of the light emitted below the coat that crosses the coat along a
+    /// direction, on either side of the surface. As in KHR_materials_clearcoat, the coat's
+    /// roughness has no effect.
+    pub(crate) fn emission_transmittance(&self, direction: N::Vec3, rule: FresnelRule) -> N {
+        let cosine = self.normal.dot(direction);
+        N::ONE - self.reflectance(rule).eval(cosine.max(-cosine)).x()
+    }
+
     /// Returns the directional albedo of the coat for a direction, 0 to 1, weighted by its share of
     /// the surface.
-    fn directional_albedo(&self, direction: N::Vec3) -> N {
+    fn directional_albedo(&self, direction: N::Vec3, rule: FresnelRule) -> N {
         let cosine = self.normal.dot(direction).max(N::ZERO);
         self.weight
             * N::from_lanes(|lane| {
-                directional_albedo(COAT_F0, self.roughness.lane(lane), cosine.lane(lane))
+                let (roughness, cosine) = (self.roughness.lane(lane), cosine.lane(lane));
+                if rule == FresnelRule::Exact {
+                    fresnel_albedo(COAT_IOR, roughness, Some(cosine))
+                } else {
+                    directional_albedo(COAT_F0, roughness, cosine)
+                }
             })
     }
 }
@@ -49,6 +78,8 @@ impl<N: Number> Coat<N> {
 pub(super) struct Coating<N: Number> {
     pub(super) coat: Option<Coat<N>>,
     pub(super) sheen: Option<Sheen<N>>,
+    /// Formula of the coat's reflectance.
+    pub(super) rule: FresnelRule,
 }
 
 impl<N: Number> Coating<N> {
@@ -56,6 +87,7 @@ impl<N: Number> Coating<N> {
     pub(super) const NONE: Self = Self {
         coat: None,
         sheen: None,
+        rule: FresnelRule::Conserving,
     };
 
     /// Whether there is neither coat nor sheen.
@@ -66,9 +98,9 @@ impl<N: Number> Coating<N> {
     /// Returns the share of light that crosses coat and sheen once, inwards or outwards, along a
     /// direction above the surface.
     pub(super) fn one_way_transmittance(&self, normal: N::Vec3, direction: N::Vec3) -> N {
-        let coat = self
-            .coat
-            .map_or(N::ONE, |coat| N::ONE - coat.directional_albedo(direction));
+        let coat = self.coat.map_or(N::ONE, |coat| {
+            N::ONE - coat.directional_albedo(direction, self.rule)
+        });
         self.sheen.map_or(coat, |sheen| {
             coat * (N::ONE - sheen.directional_albedo(normal.dot(direction).max(N::ZERO)))
         })

@@ -5,7 +5,7 @@ use super::fresnel::FresnelRule;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use super::glass_layer::{ThinDielectric, TintedDielectric, TintedFresnel};
 use super::layer_fields::{LayerFieldEvaluator, LayerFieldTypes, layer};
-use super::layer_lobes::{COAT_F0, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe};
+use super::layer_lobes::{Coat, CoatedLobe, Coating, GgxLobe, LayerLobe};
 use super::metallic_roughness::{Glass, MetallicRoughness};
 use super::microfacet_reflectance::{MicrofacetReflectance, eval_conductor};
 use super::sheen::Sheen;
@@ -181,7 +181,10 @@ impl<N: Number> LayeredSurface<N> {
         let mut list = LayerLobeBuilder {
             bsdf,
             wo,
-            coating: Coating::NONE,
+            coating: Coating {
+                rule: self.rule,
+                ..Coating::NONE
+            },
         };
         // For a ray inside a body, all layers and the microfacets of the paint lie beyond the
         // boundary.
@@ -193,17 +196,9 @@ impl<N: Number> LayeredSurface<N> {
         let is_over = over.greater_than(N::ZERO).any_lane();
         let coat = self.coat.filter(|_| is_over);
         if let Some(coat) = coat {
-            let reflectance = MicrofacetReflectance {
-                shares: [coat.weight, N::ZERO],
-                dielectric: [N::Vec3::splat(N::from_f64(COAT_F0)), N::Vec3::ONE],
-                exact: None,
-                metal: N::Vec3::ZERO,
-                conductor: None,
-                film: None,
-            };
             list.add_ggx(
                 Ggx::isotropic(coat.normal, coat.roughness),
-                reflectance,
+                coat.reflectance(self.rule),
                 coat.roughness,
             );
         }
@@ -285,7 +280,7 @@ impl<N: Number> LayeredSurface<N> {
                         outside,
                         roughness,
                         seen,
-                        tinted_fresnel.fresnel_ratio_bounds(),
+                        tinted_fresnel.tint_bounds(),
                     )));
                 }
             }

@@ -55,7 +55,7 @@ impl<N: Number> Glass<N> {
 
     /// Returns the lobe of multiple scattering among the microfacets of a rough boundary. `seen`
     /// holds the boundary's share of the surface and the cosine of the view. `tint` holds the least
-    /// and the greatest ratio of the boundary's reflectance to the Fresnel reflectance.
+    /// and the greatest tint of the boundary's reflectance, from 0 to 2.
     #[inline(never)]
     pub(super) fn multiple_scattering(
         &self,

@@ -7,6 +7,10 @@
 //! r is transmitted; in the transmitted lobe, L(i) and L̄ are those of the far side. If n²·L̄·t is
 //! equal on both sides, where n is the index of a side, the transmitted lobe is reciprocal up to
 //! the square of the index.
+//!
+//! The lobe gains no energy if no mean of L exceeds L̄. The loss of microfacets is linear in their
+//! reflectance. A tint or a film therefore mixes the tabulated losses of three reflectances with
+//! shares from 0 to 1, see [`mix_by_tint`]; L̄ is the same mixture of their means.
 
 use core::f64::consts::PI;
 
@@ -14,18 +18,18 @@ use super::albedo::Albedo;
 use super::energy::cosine_weighted_mean;
 use super::ggx::Ggx;
 use super::lobe_traits::{Directions, ScatteringLobe, sample_cosine_either_side};
-use super::rough_boundary_tables;
+use super::rough_boundary_tables::{self, UNIT};
 use super::shading_frame::ShadingFrame;
-use crate::number::{Number, Vector3};
+use crate::number::{Mask, Number, Vector3};
 
-/// Lower limit of a mean used as a divisor.
-const LEAST_MEAN: f64 = 1e-6;
+/// Lower limit of a mean used as a divisor: the tables round a lesser mean to zero.
+const LEAST_MEAN: f64 = 1.0 / UNIT;
 
 /// Kind of the boundary whose microfacets scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum RoughBoundaryKind<N: Number> {
     /// A dielectric boundary. `eta` is the index on the view's side over the index on the far side.
-    /// `tint` holds the least and the greatest ratio of the reflectance to the Fresnel reflectance.
+    /// `tint` holds the least and the greatest tint of the reflectance, as in [`mix_by_tint`].
     Boundary { eta: N, tint: [N::Vec3; 2] },
     /// A thin wall, equal on both sides. `anisotropic` holds the mask of the SIMD lanes with
     /// anisotropic microfacets, and their distribution.
@@ -82,9 +86,8 @@ impl<N: Number> MultipleScattering<N> {
             N::from_lanes(|lane| smooth(lane)[0]),
             N::from_lanes(|lane| smooth(lane)[1]),
         );
-        let through = (one - tint[0] * mean).max(N::Vec3::ZERO)
-            * dense
-            * (own.min(beyond) * clamped_inverse::<N>(own));
+        let reflected = mix_by_tint::<N>(tint[0], [N::Vec3::ZERO, N::Vec3::splat(mean), one]);
+        let through = (one - reflected) * dense * (own.min(beyond) * clamped_inverse::<N>(own));
         bare.with_view(
             bare.boundary_loss(eta, tint, Some(cosine)) * share,
             [one - through, through * transmitted],
@@ -148,9 +151,18 @@ impl<N: Number> MultipleScattering<N> {
             );
             glam::DVec3::new(whole, clear, 0.0)
         });
-        let clear = N::Vec3::splat(both.y());
+        let [clear, whole] = [both.y(), both.x()].map(N::Vec3::splat);
+        let all = if tint[1].max_element().greater_than(N::ONE).any_lane() {
+            let albedo = cosine.map_or_else(
+                || Albedo::mean(self.roughness),
+                |cosine| Albedo::at_cosine(cosine, self.roughness),
+            );
+            N::Vec3::splat(albedo.multiple_scattering_loss)
+        } else {
+            whole
+        };
         // Of the losses at the least and the greatest tint, the lesser loss gains no energy.
-        let [least, most] = tint.map(|tint| clear + tint * (both.x() - both.y()));
+        let [least, most] = tint.map(|tint| mix_by_tint::<N>(tint, [clear, whole, all]));
         least.min(most).max(N::Vec3::ZERO).min(N::Vec3::ONE)
     }
 
@@ -175,6 +187,14 @@ impl<N: Number> MultipleScattering<N> {
         let sum = self.view_shares[0] + self.view_shares[1];
         N::select(sum.greater_than(N::ZERO), self.view_shares[0] / sum, N::ONE)
     }
+}
+
+/// Returns a quantity that is linear in the reflectance of a boundary, from its values for no
+/// reflectance, Fresnel's reflectance F and total reflectance. A tint t stands for the reflectance
+/// t·F up to t = 1 and for 1 − (2 − t)·(1 − F) from 1 to 2: at most 1, whatever F is.
+fn mix_by_tint<N: Number>(tint: N::Vec3, [none, fresnel, all]: [N::Vec3; 3]) -> N::Vec3 {
+    let (one, above) = (N::Vec3::ONE, tint - N::Vec3::ONE);
+    none + tint.min(one) * (fresnel - none) + above.max(N::Vec3::ZERO) * (all - fresnel)
 }
 
 /// Returns one over each component. Components below [`LEAST_MEAN`] count as this limit.
