@@ -6,7 +6,7 @@ use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use super::glass_layer::{ThinDielectric, TintedDielectric, TintedFresnel};
 use super::layer_fields::{LayerFieldEvaluator, LayerFieldTypes, layer};
 use super::layer_lobes::{Coat, CoatedLobe, Coating, GgxLobe, LayerLobe};
-use super::metallic_roughness::{Glass, MetallicRoughness};
+use super::metallic_roughness::MetallicRoughness;
 use super::microfacet_reflectance::{MicrofacetReflectance, eval_conductor};
 use super::sheen::Sheen;
 use super::thin_film::ThinFilm;
@@ -236,13 +236,7 @@ impl<N: Number> LayeredSurface<N> {
             ior: glass.ior,
         };
         let (roughness, transmitted) = (self.base.roughness, glass.transmitted);
-        let (rough, bare) = (
-            roughness.greater_than(N::from_f64(LEAST_ROUGHNESS)),
-            Glass {
-                reflected: N::Vec3::ONE,
-                ..glass
-            },
-        );
+        let rough = roughness.greater_than(N::from_f64(LEAST_ROUGHNESS));
         let rough = if self.thin {
             rough
         } else {
@@ -268,7 +262,7 @@ impl<N: Number> LayeredSurface<N> {
                     )));
                 }
             } else if of.any_lane() {
-                let boundary = bare.dielectric_lobe(outside, share, is_rough.then_some(roughness));
+                let boundary = glass.dielectric_lobe(outside, share, is_rough.then_some(roughness));
                 list.push_lobe(LayerLobe::Dielectric(TintedDielectric {
                     tinted_fresnel,
                     boundary,
@@ -276,7 +270,7 @@ impl<N: Number> LayeredSurface<N> {
                 }));
                 if is_rough && self.multiple_scattering {
                     let seen = [share, list.bsdf.normal().dot(list.wo)];
-                    list.push_lobe(LayerLobe::MultipleScattering(bare.multiple_scattering(
+                    list.push_lobe(LayerLobe::MultipleScattering(glass.multiple_scattering(
                         outside,
                         roughness,
                         seen,

@@ -64,14 +64,7 @@ impl<N: Number> MultipleScattering<N> {
         transmitted: N::Vec3,
     ) -> Self {
         let one = N::Vec3::ONE;
-        let lossy_ggx = RoughBoundaryKind::Boundary { eta, tint };
-        let bare = Self {
-            boundary_kind: lossy_ggx,
-            roughness,
-            reflection_factor: one,
-            transmission_factor: one,
-            view_shares: [N::ONE; 2],
-        };
+        let bare = Self::without_view(RoughBoundaryKind::Boundary { eta, tint }, roughness);
         let [own, beyond] = [eta, N::ONE / eta].map(|eta| bare.boundary_loss(eta, tint, None));
         // Mean reflectance of a smooth boundary on its side of lower index, and a factor on the
         // mean transmittance: 1 on the side of lower index, 1/η² on the side of higher index.
@@ -105,22 +98,26 @@ impl<N: Number> MultipleScattering<N> {
         wo: [N::Vec3; 2],
         [mean, transmitted]: [N::Vec3; 2],
     ) -> Self {
-        let one = N::Vec3::ONE;
-        let bare = Self {
-            boundary_kind: RoughBoundaryKind::Wall { anisotropic },
-            roughness,
-            reflection_factor: one,
-            transmission_factor: one,
-            view_shares: [N::ONE; 2],
-        };
+        let bare = Self::without_view(RoughBoundaryKind::Wall { anisotropic }, roughness);
         let lost = Albedo::mean_anisotropic(roughness, &anisotropic).multiple_scattering_loss;
         let [wo, normal] = wo;
         let seen = bare.lost_energy(wo, normal.dot(wo), false) * share;
         bare.with_view(
             seen,
-            [mean, (one - mean) * transmitted],
+            [mean, (N::Vec3::ONE - mean) * transmitted],
             [N::Vec3::splat(lost); 2],
         )
+    }
+
+    /// Creates the lobe of a boundary whose viewing direction is not known yet.
+    fn without_view(boundary_kind: RoughBoundaryKind<N>, roughness: N) -> Self {
+        Self {
+            boundary_kind,
+            roughness,
+            reflection_factor: N::Vec3::ONE,
+            transmission_factor: N::Vec3::ONE,
+            view_shares: [N::ONE; 2],
+        }
     }
 
     /// Returns the lobe for a viewing direction.

@@ -11,8 +11,8 @@ pub(super) struct EmitterFilter {
     pub uniform: bool,
     /// Whether materials of varying emission are selected.
     pub varying: bool,
-    /// Whether partly transparent surfaces of uniform emission count as varying. A path tracer
-    /// evaluates their emission times alpha at each hit.
+    /// Whether partly transparent and coated surfaces of uniform emission count as varying. A path
+    /// tracer evaluates their emission, times alpha and below the coat, at each hit.
     pub evaluated_at_hits: bool,
 }
 
@@ -40,7 +40,9 @@ impl EmitterFilter {
     pub fn selected_emission(self, material: &Material) -> Option<MaterialEmission> {
         match material.uniform_emission() {
             Some(_)
-                if self.uniform && self.evaluated_at_hits && material.is_partly_transparent() =>
+                if self.uniform
+                    && self.evaluated_at_hits
+                    && (material.is_partly_transparent() || material.is_coated()) =>
             {
                 Some(MaterialEmission::Varying)
             }

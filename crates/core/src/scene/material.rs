@@ -55,6 +55,11 @@ impl Material {
         matches!(&self.model, MaterialModel::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
 
+    /// Whether a clear coat may lie over the material.
+    pub fn is_coated(&self) -> bool {
+        matches!(&self.model, MaterialModel::Physical(m) if m.active_clearcoat().is_some())
+    }
+
     /// Iterates over the texture uses of the material.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
         let values: Vec<&dyn FieldValue> = match &self.model {

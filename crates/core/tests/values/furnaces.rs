@@ -261,7 +261,10 @@ fn furnaces_return_at_most_one() {
 fn even_light(rung: &str, terms: Value, degrees: f64, depth: u32) -> (f64, f64) {
     let mut scene = floor(physical(terms), json!({ "sky": { "constant": 1 } }));
     let (sine, cosine) = degrees.to_radians().sin_cos();
-    let mut settings = paths(&scene, [[3.0 * sine, 3.0 * cosine, 0.0], [0.0; 3]], depth);
+    let mut settings = Settings {
+        size: [8, 8],
+        ..paths(&scene, [[3.0 * sine, 3.0 * cosine, 0.0], [0.0; 3]], depth)
+    };
     RungChoice::parse(rung)
         .expect("a rung")
         .apply(&mut scene, &mut settings);

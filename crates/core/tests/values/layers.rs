@@ -452,3 +452,91 @@ fn an_index_of_zero_reflects_all() {
         );
     }
 }
+
+/// Share of emission that crosses a coat at a cosine: 1 − factor·(0.04 + 0.96·(1 − cos)⁵), as in
+/// KHR_materials_clearcoat.
+fn crosses(factor: f64, cosine: f64) -> f64 {
+    1.0 - factor * (0.04 + 0.96 * (1.0 - cosine).powi(5))
+}
+
+/// A black coated surface that emits.
+fn coated_lamp(radiance: f64, factor: f64, roughness: f64) -> Value {
+    physical(
+        json!({ "base_colour": 0, "specular": 0, "emission": radiance,
+        "clearcoat": { "factor": factor, "roughness": roughness } }),
+    )
+}
+
+/// Protects: a coat dims the emission below it by what it reflects towards the viewer, whole and in
+/// part, smooth and rough, from both sides of the surface, and by Fresnel's equations under
+/// `exact`; fibres dim no emission. The coat once left all of it.
+#[test]
+fn coats_dim_the_emission_below() {
+    for degrees in [0.0_f64, 60.0, 75.0, 85.0] {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        for (factor, roughness) in [(1.0, 0.0), (0.8, 0.0), (1.0, 0.6), (0.0, 0.0)] {
+            for side in [1.0, -1.0] {
+                let scene = floor(coated_lamp(2.0, factor, roughness), json!({}));
+                let view = [[3.0 * sine, 3.0 * side * cosine, 0.0], [0.0; 3]];
+                expect_pixels(
+                    &scene,
+                    view,
+                    2,
+                    [2.0 * crosses(factor, cosine); 3],
+                    &format!("factor {factor}, roughness {roughness} at {degrees}°"),
+                );
+            }
+        }
+        let scene = floor(coated_lamp(2.0, 1.0, 0.0), json!({}));
+        let view = [[3.0 * sine, 3.0 * cosine, 0.0], [0.0; 3]];
+        let settings = Settings {
+            fresnel: FresnelRule::Exact,
+            ..paths(&scene, view, 2)
+        };
+        let expected = 2.0 * (1.0 - fresnel(cosine, 1.5));
+        let (found, _) = mean_radiance(&scene, &settings);
+        assert!(
+            (found[0] - expected).abs() < 1e-4,
+            "{found:?}, not {expected}"
+        );
+        let velvet = json!({ "base_colour": 0, "specular": 0, "emission": 2, "sheen": {} });
+        expect_pixels(
+            &floor(physical(velvet), json!({})),
+            view,
+            2,
+            [2.0; 3],
+            "velvet",
+        );
+    }
+}
+
+/// Protects: light of a coated lamp is the same by samples of lamps, by scattered rays and by both:
+/// the sum over the lamp, a quad or a mesh, of what crosses its coat.
+#[test]
+fn coated_lamps_shine_alike_by_every_strategy() {
+    const CELLS: usize = 200;
+    let at = |i: usize| (i as f64 + 0.5) / CELLS as f64 * 4.0 - 2.0;
+    let mut expected = 0.0;
+    for (x, z) in (0..CELLS * CELLS).map(|i| (at(i % CELLS), at(i / CELLS))) {
+        let square = x * x + z * z + 0.25;
+        let cosine = 0.5 / square.sqrt();
+        expected += crosses(1.0, cosine) * cosine * cosine / square;
+    }
+    expected *= 3.0 * 0.8 / core::f64::consts::PI * (4.0 / CELLS as f64).powi(2);
+    let quad =
+        json!({ "quad": { "corner": [-2, 0.5, -2], "edge_u": [4, 0, 0], "edge_v": [0, 0, 4] } });
+    let mesh = json!({ "name": "m", "source": { "inline": {
+        "positions": [[-2, 0.5, -2], [2, 0.5, -2], [2, 0.5, 2], [-2, 0.5, 2]],
+        "indices": [[0, 1, 2], [0, 2, 3]] } } });
+    for (label, shape, meshes) in [
+        ("quad", quad, json!([])),
+        ("mesh", json!({ "mesh": "m" }), json!([mesh])),
+    ] {
+        let scene = floor(
+            physical(json!({ "base_colour": 0.8, "specular": 0 })),
+            json!({ "materials": [{ "name": "lamp", "model": coated_lamp(3.0, 1.0, 0.0) }],
+                "objects": [{ "shape": shape, "material": "lamp" }], "meshes": meshes }),
+        );
+        expect_pixels(&scene, crate::paths::AT, 2, [expected; 3], label);
+    }
+}

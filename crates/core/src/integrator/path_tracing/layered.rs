@@ -12,7 +12,7 @@ use crate::material::{
 };
 use crate::prepare::{
     AnisotropyFrame, ConstantIor, FilmThickness, InputFieldTypes, LayeredInputs, PhysicalInputs,
-    PreparedScene,
+    PreparedMaterial, PreparedScene,
 };
 use crate::sampler::{SampleAddress, SamplePurpose, sample_2d};
 use crate::texture::{InputProduct, NormalMapInput, PreparedInput, ShadingContext};
@@ -54,23 +54,57 @@ impl<R: Real> PathTracer<'_, R> {
             dielectric: boundary.f0,
             ..base
         };
-        let bumpy = m.normal_map.is_some();
-        let model = layered.eval_at(
-            &LayerInputReader {
-                scene: self.scene,
-                segment: &path.segment,
-                hit,
-                interaction,
-                context,
-                normal,
-                bumpy,
-            },
-            base,
-            ior,
-        );
+        let reader = self.layer_reader(&path.segment, hit, (m, interaction), normal);
+        let model = layered.eval_at(&reader, base, ior);
         bsdf.reset(normal);
         model.add_lobes_to(bsdf, -interaction.direction, interaction.outside);
         model.base.glass.filter(|_| !m.thin)
+    }
+
+    /// Returns the reader of a surface's layers at a hit. `normal` is that of the base's lobes.
+    fn layer_reader<'b>(
+        &'b self,
+        segment: &'b PathSegment<R>,
+        hit: &'b Hit<R>,
+        (m, interaction): (&PhysicalInputs<R>, &'b Interaction<R>),
+        normal: R::Vec3,
+    ) -> LayerInputReader<'b, R> {
+        LayerInputReader {
+            scene: self.scene,
+            segment,
+            hit,
+            interaction,
+            context: self.scene.texture_tables.shading_context(interaction),
+            normal,
+            bumpy: m.normal_map.is_some(),
+        }
+    }
+
+    /// Returns the radiance that a surface emits along the path: of its emission, the coat above
+    /// takes the share that it reflects. Sheen takes nothing, as in KHR_materials_sheen.
+    pub(super) fn emission_at_hit(
+        &self,
+        segment: &PathSegment<R>,
+        hit: &Hit<R>,
+        interaction: &Interaction<R>,
+    ) -> R::Vec3 {
+        let scene = self.scene;
+        let material = &scene.materials[interaction.material as usize];
+        let emission = material.emission_at(&scene.texture_tables.shading_context(interaction));
+        // For a ray inside a body, the coat lies beyond the boundary.
+        if let PreparedMaterial::Physical(m) = material
+            && let Some(index) = m.layers
+            && let Some(coat) = &scene.layers[index as usize].coat
+            && (interaction.outside || m.thin || m.transmission.is_none())
+        {
+            let reader = self.layer_reader(segment, hit, (m, interaction), interaction.normal);
+            let rule = scene.layers[index as usize].rule;
+            return emission
+                * coat
+                    .at(&reader)
+                    .emission_transmittance(interaction.direction, rule);
+        }
+        emission
     }
 }
 

@@ -92,7 +92,9 @@ impl<R: Real> PathTracer<'_, R> {
                 );
                 // Emission, times alpha.
                 return if own {
-                    share * (material.emission_at(&context) * material.alpha_at(&context))
+                    share
+                        * (self.emission_at_hit(&segment, &hit, &interaction)
+                            * material.alpha_at(&context))
                 } else {
                     Vector::ZERO
                 };

@@ -95,12 +95,8 @@ impl<R: Real> PathTracer<'_, R> {
             return false;
         }
         if material.emits() {
-            self.add_emission(
-                path,
-                hit,
-                interaction,
-                material.emission_at(&scene.texture_tables.shading_context(interaction)),
-            );
+            let emission = self.emission_at_hit(&path.segment, hit, interaction);
+            self.add_emission(path, hit, interaction, emission);
         }
         let Some((mut model, gain, bump)) = common else {
             return self.queue_general_vertex(index, (path, hit, interaction), samples, vertices);
