@@ -2,7 +2,7 @@
 //! is narrower than the error bound of a hit, a ray that leaves one surface starts beyond the
 //! other. The picture then lacks the gap.
 
-use raywright_bvh::{Interval, Ray, Real, Vector};
+use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::{PreparedScene, PreparedSpawnRule};
 
@@ -13,7 +13,8 @@ const GRID_RAYS: [u32; 2] = [32, 18];
 const MAX_HITS: usize = 16;
 
 /// A gap between two objects that is too narrow to be rendered: rays that leave one surface start
-/// beyond the other.
+/// beyond the other. Of partly transparent surfaces in one place, rays that pass the first pass the
+/// others too, which may belong to the same object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnresolvedGap {
     /// Index of the transmissive object in the scene's list of objects; generated objects follow
@@ -24,6 +25,9 @@ pub struct UnresolvedGap {
     pub other: usize,
     /// Least width in metres that the gap must have here, so that rays resolve it.
     pub resolved_width: f64,
+    /// Whether partly transparent surfaces of the two, or of one object, lie in one place. No
+    /// precision then shows the second.
+    pub is_coincident: bool,
 }
 
 impl<R: Real> PreparedScene<R> {
@@ -57,23 +61,35 @@ impl<R: Real> PreparedScene<R> {
             let Some(hit) = self.geometry.closest(ray, range, &mut ()) else {
                 return;
             };
-            range.min = hit.t;
+            let before = core::mem::replace(&mut range.min, hit.t);
             let object = hit.outermost_id();
-            if self.materials[self.objects[object as usize].material as usize].is_opaque() {
+            let material = &self.materials[self.objects[object as usize].material as usize];
+            if material.is_opaque() {
                 continue;
             }
             let surface = self.geometry.surface(ray, &hit);
             let [above, below] =
                 [surface.normal, -surface.normal].map(|side| surface.spawn_ray_origin(side));
-            for [from, to] in [[above, below], [below, above]] {
-                let Some(other) = self.find_first_object_except([from, to], ray.time, object)
-                else {
-                    continue;
+            let width = (above - below).length();
+            let mut others: Vec<(u32, bool)> = [[above, below], [below, above]]
+                .into_iter()
+                .filter_map(|ends| self.find_first_object_except(ends, ray.time, object))
+                .map(|other| (other, false))
+                .collect();
+            if !material.blocks_straight_rays() {
+                let zone = Interval {
+                    min: before,
+                    max: hit.t + width,
                 };
+                let coincident = self.list_coincident_objects(ray, &hit, zone);
+                others.extend(coincident.into_iter().map(|other| (other, true)));
+            }
+            for (other, is_coincident) in others {
                 let gap = UnresolvedGap {
                     object: object as usize,
                     other: other as usize,
-                    resolved_width: (to - from).length().to_f64(),
+                    resolved_width: width.to_f64(),
+                    is_coincident,
                 };
                 match gaps
                     .iter_mut()
@@ -86,6 +102,22 @@ impl<R: Real> PreparedScene<R> {
                 }
             }
         }
+    }
+
+    /// Lists the objects of the other passable surfaces that a ray crosses in `zone`, where it also
+    /// hits a surface, in ascending order. A ray that passes that surface passes them too, unseen.
+    fn list_coincident_objects(&self, ray: &Ray<R>, hit: &Hit<R>, zone: Interval<R>) -> Vec<u32> {
+        let primitive = |hit: &Hit<R>| [hit.instance, hit.object, hit.primitive];
+        let mut objects = Vec::new();
+        let mut add_other = |found: &Hit<R>| {
+            if primitive(found) != primitive(hit) {
+                objects.push(found.outermost_id());
+            }
+            false
+        };
+        self.geometry.occluded(ray, zone, &mut add_other, &mut ());
+        objects.sort_unstable();
+        objects
     }
 
     /// Returns the object of the closest hit between two points; `None` without a hit, or if the
@@ -124,7 +156,10 @@ mod tests {
             "cameras": [{ "pose": { "look_at": { "eye": [0.2, 1.4, 4], "target": [0, 0, 0] } },
                           "projection": { "pinhole": { "vertical_fov": 40 } } }],
             "materials": [{ "name": "g", "model": { "physical": { "transmission": 1, "roughness": 0 } } },
+                          { "name": "v", "model": { "physical": { "alpha": "blend", "opacity": 0.5 } } },
                           { "name": "w", "model": { "classic": { "colour": 1 } } }],
+            "meshes": [{ "name": "twice", "source": { "inline": {
+                "positions": [[-1, 0, -1], [1, 0, -1], [0, 0, 1]], "indices": [[0, 2, 1], [0, 2, 1]] } } }],
             "objects": objects,
         }))
         .unwrap_or_else(|e| panic!("{e}"));
@@ -190,6 +225,29 @@ mod tests {
             vec![],
         ] {
             assert_eq!(pairs(PrecisionChoice::Robust, &objects), [], "{objects:?}");
+        }
+    }
+
+    /// Protects: partly transparent quads in one place are reported, each with the first, and two
+    /// faces of one mesh in one place too: a ray sees the first alone. Quads that are apart are
+    /// not.
+    #[test]
+    fn coincident_passable_surfaces_are_named() {
+        let quad = |y: f64| json!({ "quad": { "corner": [-1, y, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } });
+        for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
+            let veils = [
+                ("v", quad(0.0)),
+                ("w", quad(-0.5)),
+                ("v", quad(0.0)),
+                ("v", quad(0.0)),
+            ];
+            assert_eq!(pairs(precision, &veils), [(0, 2), (0, 3)]);
+            let apart = [("v", quad(0.0)), ("v", quad(1e-3))];
+            assert_eq!(pairs(precision, &apart), []);
+            assert_eq!(
+                pairs(precision, &[("v", json!({ "mesh": "twice" }))]),
+                [(0, 0)]
+            );
         }
     }
 }

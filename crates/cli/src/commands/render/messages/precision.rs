@@ -1,7 +1,7 @@
 //! Warnings of pairs of objects that are closer together than rounding resolves.
 
 use raywright_core::ReadyScene;
-use raywright_core::prepare::{LampRef, LightLeak, UnresolvedGap};
+use raywright_core::prepare::{LampRef, LightLeak};
 use raywright_core::settings::{PrecisionChoice, Settings};
 use raywright_io::{LoadedScene, Warning, WarningCode};
 
@@ -10,7 +10,7 @@ use crate::notes::Notes;
 use crate::table::format_significant_digits;
 
 /// Warns of pairs of transparent bodies so close together that light passes from one body into the
-/// other without crossing the gap.
+/// other without crossing the gap, and of partly transparent surfaces in one place.
 pub fn note_closed_gaps(
     loaded: &mut LoadedScene,
     ready: &ReadyScene,
@@ -18,23 +18,28 @@ pub fn note_closed_gaps(
     notes: &mut Notes,
 ) {
     let gaps = ready.find_unresolved_gaps();
-    let [first, others @ ..] = gaps.as_slice() else {
-        return;
-    };
-    let UnresolvedGap {
-        object,
-        other,
-        resolved_width,
-    } = *first;
-    let message = format!(
-        "the gap between {} and {}{} is closed: light passes from the first into the second without crossing the gap, since they touch or are \
-         so close that rounding errors exceed their distance; {}",
-        object_name(loaded, object),
-        object_name(loaded, other),
-        format_other_pairs(others.len()),
-        advise_distance(resolved_width, settings)
-    );
-    warn_of_precision(message, loaded, notes);
+    for is_coincident in [false, true] {
+        let mut alike = gaps.iter().filter(|gap| gap.is_coincident == is_coincident);
+        let Some(gap) = alike.next() else {
+            continue;
+        };
+        let [first, second] = [gap.object, gap.other].map(|object| object_name(loaded, object));
+        let others = format_other_pairs(alike.count());
+        let message = if is_coincident {
+            format!(
+                "surfaces of {first} and {second}{others} lie in one place: light that passes the first, which is partly transparent, passes the second unseen; \
+                 leave {} metres or more between them",
+                format_significant_digits(gap.resolved_width, 2)
+            )
+        } else {
+            format!(
+                "the gap between {first} and {second}{others} is closed: light passes from the first into the second without crossing the gap, since they touch or \
+                 are so close that rounding errors exceed their distance; {}",
+                advise_distance(gap.resolved_width, settings)
+            )
+        };
+        warn_of_precision(message, loaded, notes);
+    }
 }
 
 /// Warns of lights so close behind an opaque object that rounding lets their light leak through the
