@@ -332,8 +332,13 @@ impl<N: Number> Albedo<N> {
     /// The function is evaluated at the cosine whose Schlick weight is the mean over the
     /// microfacets. This is exact for mirrors and for Schlick's formula, but too small for
     /// Fresnel's equations. Therefore the mean of the reflectances at a lower and at a higher
-    /// weight is used where it is greater.
-    pub fn albedo_for_reflectance(&self, reflectance: impl Fn(N) -> N) -> N {
+    /// weight is used where it is greater. The reflectance of a film rises and falls between these
+    /// cosines: with `film_cosine`, the cosine of the direction, the greatest of all is used.
+    pub fn albedo_for_reflectance(
+        &self,
+        reflectance: impl Fn(N) -> N,
+        film_cosine: Option<N>,
+    ) -> N {
         let scattered = N::ONE - self.multiple_scattering_loss;
         // Reflectance at the mean Schlick weight plus `factor` times its spread.
         let value_of = |factor: f64| {
@@ -345,8 +350,11 @@ impl<N: Number> Albedo<N> {
             });
             reflectance(cosine)
         };
-        let half = N::from_f64(0.5);
-        scattered * value_of(0.0).max((value_of(-1.0) + value_of(1.0)) * half)
+        let [below, mean, above] = [-1.0, 0.0, 1.0].map(value_of);
+        let ends = film_cosine.map_or((below + above) * N::from_f64(0.5), |cosine| {
+            below.max(above).max(reflectance(cosine))
+        });
+        scattered * mean.max(ends)
     }
 
     /// Returns the directional albedo of microfacets with Schlick's reflectance, from `f0` at

@@ -121,8 +121,11 @@ impl<N: Number> MicrofacetLayer<N> {
         let Some(curve) = &self.non_schlick else {
             return [plain, lost];
         };
-        let sent =
-            || albedo.albedo_for_reflectance(|cosine| curve.reflectance.eval(cosine).max_element());
+        let sent = || {
+            let film_cosine = curve.reflectance.film.map(|_| cosine);
+            let reflectance = |cosine| curve.reflectance.eval(cosine).max_element();
+            albedo.albedo_for_reflectance(reflectance, film_cosine)
+        };
         let read = if (curve.mask & !curve.tabulated_lanes).any_lane() {
             self.energy_complement
                 .unreflected_energy_for_albedo(sent(), lost)[0]
