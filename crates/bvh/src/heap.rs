@@ -56,6 +56,13 @@ pub fn limit_heap(bytes: Option<u64>) {
     );
 }
 
+/// Returns how many further bytes the limit of [`limit_heap`] allows; without a limit, more than
+/// any system has.
+pub fn remaining_heap_bytes() -> u64 {
+    let held = HELD_BYTES.load(Ordering::Relaxed);
+    LIMIT.load(Ordering::Relaxed).saturating_sub(held) as u64
+}
+
 /// Sets the handler for refused allocations outside [`allocate_fallibly`]. Only the first call has
 /// an effect. Without a handler the program aborts. Allocations of the handler itself have no
 /// limit.
@@ -171,6 +178,7 @@ mod tests {
                 let place = heap.alloc_zeroed(layout);
                 assert!(!place.is_null() && *place == 0 && held() == 1000);
                 limit_heap(Some(500));
+                assert_eq!(remaining_heap_bytes(), 500);
                 assert!(core::hint::black_box(heap.alloc(layout)).is_null() && held() == 1000);
                 place.write(7);
                 assert!(

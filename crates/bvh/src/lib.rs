@@ -67,6 +67,7 @@ pub mod scalar;
 pub mod shapes;
 mod slot;
 pub mod stability;
+mod standard_output;
 mod stats;
 pub use aabb::{Aabb, PaddedBox};
 pub use build::{AcceleratorKind, BuildQuality, BuildWork};
@@ -75,7 +76,8 @@ pub use error::GeometryError;
 pub use geometry::Geometry;
 pub use geometry_memory::GeometryMemory;
 pub use heap::{
-    AllocationRefusal, CountingHeap, allocate_fallibly, limit_heap, set_heap_refusal_handler,
+    AllocationRefusal, CountingHeap, allocate_fallibly, limit_heap, remaining_heap_bytes,
+    set_heap_refusal_handler,
 };
 pub use memory::huge_page_vec;
 pub use motion::Motion;
@@ -88,4 +90,5 @@ pub use scalar::{Real, Vector};
 pub use shapes::{
     PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, TextureCoordinates, Transform,
 };
+pub use standard_output::stdout_was_closed;
 pub use stats::{TraversalCounter, TraversalStats};

@@ -8,6 +8,7 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::ValueEnum;
+use raywright_core::bvh::stdout_was_closed;
 pub use raywright_io::masking::mask_to_one_line;
 use raywright_io::masking::{escape_controls_in_json, mask_control_characters};
 use serde::Serialize;
@@ -111,6 +112,11 @@ pub fn write_picture_to_stdout(bytes: &[u8]) -> Result<(), Failure> {
 }
 
 fn write_stdout(bytes: &[u8]) -> io::Result<()> {
+    if stdout_was_closed() {
+        return Err(io::Error::other(
+            "standard output is closed; redirect it to a file or a program",
+        ));
+    }
     let mut out = io::stdout().lock();
     out.write_all(bytes).and_then(|()| out.flush())
 }

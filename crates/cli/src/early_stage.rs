@@ -27,6 +27,9 @@ static IS_EARLY_STAGE: AtomicBool = AtomicBool::new(false);
 /// and then ends the program when the stage begins.
 static IS_INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
+/// Message of a run that a request to stop ends in its early stage.
+static STOP_MESSAGE: Mutex<&str> = Mutex::new(NOTHING_KEPT);
+
 /// Name of the input and its memory limit as text, for the message about a refused allocation.
 static MESSAGE_SUBJECT: Mutex<Option<[String; 2]>> = Mutex::new(None);
 
@@ -61,11 +64,7 @@ impl EarlyStageGuard {
         };
         set_message_subject(Some([name.clone(), format_bytes(memory)]));
         limit_heap(Some(memory.saturating_add(PROGRAM_BYTES)));
-        IS_EARLY_STAGE.store(true, Ordering::SeqCst);
-        if IS_INTERRUPTED.load(Ordering::SeqCst) {
-            exit_on_interrupt();
-        }
-        let beginning = Self(());
+        let beginning = Self::start_unlimited(NOTHING_KEPT);
         if let Some((start, budget)) = time {
             let deadline = start + budget.max(LEAST_TIME);
             let wait = move || {
@@ -77,6 +76,19 @@ impl EarlyStageGuard {
                 .map_err(|cause| threads::thread_start_failure(&cause))?;
         }
         Ok(beginning)
+    }
+
+    /// Starts a stage without limits, which a request to stop ends with this message. Such a stage
+    /// searches folders or reads files, and has no unsaved result.
+    pub fn start_unlimited(stop_message: &'static str) -> Self {
+        if let Ok(mut message) = STOP_MESSAGE.lock() {
+            *message = stop_message;
+        }
+        IS_EARLY_STAGE.store(true, Ordering::SeqCst);
+        if IS_INTERRUPTED.load(Ordering::SeqCst) {
+            exit_on_interrupt();
+        }
+        Self(())
     }
 }
 
@@ -95,7 +107,8 @@ impl Drop for EarlyStageGuard {
 pub fn exit_on_interrupt() {
     IS_INTERRUPTED.store(true, Ordering::SeqCst);
     exit_if_early(Exit::Interrupted, || {
-        Failure::new(Exit::Interrupted, NOTHING_KEPT)
+        let message = STOP_MESSAGE.lock().map_or(NOTHING_KEPT, |message| *message);
+        Failure::new(Exit::Interrupted, message)
     });
 }
 

@@ -71,6 +71,13 @@ impl Failure {
         self
     }
 
+    /// Adds the message of another failure, which has another cause.
+    pub fn with_failure(mut self, other: Option<Self>) -> Self {
+        self.message
+            .extend(other.map(|other| format!("\n{}", other.message)));
+        self
+    }
+
     /// Creates the failure for an error of writing to standard output.
     pub fn from_stdout_error(cause: &io::Error) -> Self {
         Self::new(

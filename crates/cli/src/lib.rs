@@ -49,6 +49,7 @@ use std::ffi::OsString;
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
 use std::sync::Once;
+use std::thread;
 
 use clap::Parser;
 
@@ -58,7 +59,36 @@ use failure::{Exit, Failure};
 /// Runs the whole program: parses the command line, executes the command, prints errors, and
 /// returns the exit code.
 pub fn main() -> ExitCode {
-    main_with(std::env::args_os().collect()).into()
+    let run = || main_with(std::env::args_os().collect());
+    if !has_small_stack() {
+        return run().into();
+    }
+    match thread::Builder::new().stack_size(STACK_BYTES).spawn(run) {
+        Ok(running) => running.join().unwrap_or(Exit::Failed),
+        Err(cause) => {
+            let failure = threads::thread_start_failure(&cause);
+            console::print_message(failure.message);
+            failure.exit
+        }
+    }
+    .into()
+}
+
+/// Stack of the thread that runs the program, in bytes.
+const STACK_BYTES: usize = 8 << 20;
+
+/// Whether the first thread's stack is limited to less than [`STACK_BYTES`] (`ulimit -s`). The
+/// program then runs on a thread of its own.
+fn has_small_stack() -> bool {
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::process::{Resource, getrlimit};
+        getrlimit(Resource::Stack)
+            .current
+            .is_some_and(|bytes| bytes < STACK_BYTES as u64)
+    }
+    #[cfg(not(target_os = "linux"))]
+    false
 }
 
 /// Runs the whole program with the given words of a command line, for a program in another

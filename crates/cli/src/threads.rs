@@ -3,10 +3,12 @@
 
 use std::error::Error;
 use std::fmt::Display;
+use std::thread::available_parallelism;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use raywright_core::memory::can_allocate;
 
+use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 
 /// Address space of a thread in bytes: its stack, the stack of its signal handlers, and their guard
@@ -17,6 +19,18 @@ const THREAD_BYTES: u64 = (2 << 20) + (128 << 10);
 pub struct Threads(Option<ThreadPool>);
 
 impl Threads {
+    /// Creates a pool as [`Threads::new`] does, with at most a thread for each processor: further
+    /// threads only wait for one another. A smaller number than requested is noted.
+    pub fn within_machine(count: Option<u32>, verbosity: Verbosity) -> Result<Self, Failure> {
+        let processors = available_parallelism().map_or(u32::MAX, |count| count.get() as u32);
+        if let Some(count) = count.filter(|&count| count > processors) {
+            verbosity.print_note(format_args!(
+                "--threads {count}: the number of threads is {processors}, one for each processor of this machine"
+            ));
+        }
+        Self::new(count.map(|count| count.min(processors)))
+    }
+
     /// Creates a pool of `count` threads. Without a count, the pool is rayon's global pool with a
     /// thread for each processor. The calling thread belongs to the global pool, because a transfer
     /// of work to another thread takes 0.05 ms, and the preparation of a small model consists of
@@ -81,5 +95,30 @@ mod tests {
             [Some(1), Some(3), None].map(at_work),
             [1, 3, rayon::current_num_threads()]
         );
+    }
+
+    /// Protects: a number of threads beyond the machine's processors costs no time.
+    #[test]
+    fn threads_are_at_most_the_processors() {
+        let processors = available_parallelism().expect("a number").get();
+        let at_work = |count| {
+            Threads::within_machine(count, Verbosity::Quiet)
+                .expect("a few threads")
+                .run(rayon::current_num_threads)
+        };
+        assert_eq!(
+            [1, 1000].map(|count| at_work(Some(count))),
+            [1, processors.min(1000)]
+        );
+    }
+
+    /// Protects: stacks without room in the address space are a failure of kind limit, no abort.
+    #[test]
+    fn threads_without_room_are_refused() {
+        let failure = Threads::new(Some(u32::MAX))
+            .err()
+            .expect("no system has the room");
+        assert_eq!(failure.exit, Exit::Limit);
+        assert!(failure.message.contains("cannot start the threads: "));
     }
 }

@@ -1,7 +1,9 @@
 //! Memory of a render by purpose, such as geometry or textures.
 
 use raywright_bvh::allocate_fallibly;
-pub use raywright_bvh::{AllocationRefusal, limit_heap, set_heap_refusal_handler};
+pub use raywright_bvh::{
+    AllocationRefusal, limit_heap, remaining_heap_bytes, set_heap_refusal_handler,
+};
 
 /// Memory of a render in bytes, by purpose. These parts are not counted:
 ///

@@ -129,6 +129,7 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
         let [width, height] = read_size(bytes, limits)?;
         check_available_memory(
             2 * u64::from(width) * u64::from(height) * bytes_per_pixel(kind) as u64,
+            limits,
         )?;
     }
     match kind {

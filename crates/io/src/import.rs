@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use std::fmt;
 
 use raywright_core::Scene;
-use raywright_core::memory::can_allocate;
+use raywright_core::memory::{can_allocate, remaining_heap_bytes};
 use raywright_core::validate::validate;
 
 use crate::folder::ReadError;
@@ -258,17 +258,28 @@ impl UniqueNames {
 /// room for a smaller allocation has no room for the program at all.
 const CHECKED_BYTES: u64 = 1 << 20;
 
-/// Checks that the system can provide `bytes` bytes of memory. Called before the allocation.
+/// Checks that the memory limit leaves `bytes` bytes, and that the system can provide them. Called
+/// before the allocation.
 ///
 /// # Errors
 ///
-/// A fault of kind limit if the system has less memory.
-pub(crate) fn check_available_memory(bytes: u64) -> ImportResult<()> {
-    if bytes < CHECKED_BYTES || can_allocate(bytes) {
+/// A fault of kind limit if there is less memory.
+pub(crate) fn check_available_memory(bytes: u64, limits: &Limits) -> ImportResult<()> {
+    if bytes < CHECKED_BYTES {
         return Ok(());
     }
+    let reason = if bytes > remaining_heap_bytes() {
+        format!(
+            "is left of the limit of {}; raise the limit with --max-memory",
+            format_bytes(limits.memory_bytes)
+        )
+    } else if can_allocate(bytes) {
+        return Ok(());
+    } else {
+        "the system has available; close other programs".to_owned()
+    };
     Err(Fault::over_limit(format!(
-        "needs {} of memory, more than the system has available; close other programs, or use a smaller file",
+        "needs {} of memory, more than {reason}, or use a smaller file",
         format_bytes(bytes)
     )))
 }
@@ -308,7 +319,7 @@ impl DecodeBudget {
                 format_bytes(bytes)
             ))
         })?;
-        check_available_memory(bytes)
+        check_available_memory(bytes, &self.limits)
     }
 
     /// Reserves `count` triangles and the memory of their indices.

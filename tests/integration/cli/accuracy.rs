@@ -211,7 +211,7 @@ fn files_hold_the_figures() {
         &robust["rung"],
         &[
             ("rmse", &errors["rmse"]["value"]),
-            ("relmse_high", &errors["relmse"]["high"]),
+            ("root_relmse_high", &errors["root_relmse"]["high"]),
         ],
     );
     same(

@@ -162,8 +162,8 @@ fn framing_takes_little_memory() {
     );
 }
 
-/// Protects: memory exhausted anywhere during a load, and threads refused by the system, give one
-/// message and the exit code of limits, and no abort.
+/// Protects: memory exhausted anywhere during a load gives one message and the exit code of limits,
+/// and no abort.
 #[cfg(unix)]
 #[test]
 fn what_the_system_refuses_is_told() {
@@ -187,11 +187,6 @@ fn what_the_system_refuses_is_told() {
             200_000,
             "info a.scene.toml",
             "a.scene.toml: loading and preparing the scene takes more memory than the system provides\n",
-        ),
-        (
-            400_000,
-            "render --threads 1000 -s 8x8 -o a.png",
-            "cannot start the threads: ",
         ),
     ] {
         let Some(run) = within(&sandbox, kibibytes, words) else {

@@ -228,7 +228,8 @@ fn layouts_are_those_of_the_page() {
     sandbox.write("model.gltf", super::models::model());
     let words = |line: &str| sandbox.run(&line.split(' ').collect::<Vec<_>>());
     words("render lamp.scene.toml --denoise --aov stderr -q -o a.exr --stats s.json").exits_with(0);
-    words("render lamp.scene.toml --aov stderr --seed 2 -q -o b.exr").exits_with(0);
+    words("render lamp.scene.toml --aov stderr --seed 2 -q -o b.exr --checkpoint b.film")
+        .exits_with(0);
     words("render lamp.scene.toml --background transparent --crop 2,2,16,12 -q -o c.exr")
         .exits_with(0);
     let stats = fs::read_to_string(sandbox.path("s.json")).expect("a report");
@@ -267,7 +268,11 @@ fn layouts_are_those_of_the_page() {
         ),
         (
             "info PICTURE --json",
-            &["info a.exr --json", "info c.exr --json"],
+            &[
+                "info a.exr --json",
+                "info c.exr --json",
+                "info b.film --json",
+            ],
         ),
         (
             "explain --json",

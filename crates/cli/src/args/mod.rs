@@ -129,7 +129,7 @@ pub enum Command {
     Explain(ExplainArgs),
     /// Measure the difference of two pictures
     Compare(CompareArgs),
-    /// Show the contents of a scene, model or picture file
+    /// Show the contents of a scene, model, picture or film file
     Info(InfoArgs),
     /// Check a scene or model file and report every problem
     Check(CheckArgs),

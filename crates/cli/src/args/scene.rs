@@ -144,8 +144,8 @@ pub struct ExplainArgs {
 #[derive(Debug, Args)]
 pub struct InfoArgs {
     /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, - for
-    /// standard input, or a picture (.png, .exr) made by this program, whose estimated error, scene
-    /// and settings are shown
+    /// standard input, or a picture (.png, .exr) or film made by this program, whose estimated error,
+    /// scene and settings are shown
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 

@@ -14,9 +14,11 @@ use super::render::{messages, write};
 use crate::args::{DenoiseArgs, ProgressStyle};
 use crate::clock::{StageClock, format_duration};
 use crate::console::Verbosity;
+use crate::early_stage::EarlyStageGuard;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::observer::{Deadlines, RunObserver};
+use crate::preparation::NOTHING_KEPT;
 use crate::progress::Progress;
 use crate::targets::{self, OutputFiles};
 use crate::threads::Threads;
@@ -32,8 +34,13 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let targets = targets::resolve_picture_targets(&args.outputs, &mut outputs)?;
     inputs.record_read(&args.film);
     outputs.check_against_inputs(&inputs)?;
-    let (stop, threads) = (interrupt::install_stop_flag()?, Threads::new(args.threads)?);
+    let (stop, threads) = (
+        interrupt::install_stop_flag()?,
+        Threads::within_machine(args.threads, verbosity)?,
+    );
+    let stage = EarlyStageGuard::start_unlimited(NOTHING_KEPT);
     let mut kept_film = read_film(&args.film, &plan::build_limits(args.max_memory))?;
+    drop(stage);
     refuse_other_version(&args.film, &kept_film.metadata)?;
     kept_film.metadata.command = origin::command_line();
     let denoised = threads.run(|| denoise(&kept_film.film, &RunObserver::with_stop_flag(stop)));
@@ -77,7 +84,7 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
 
 fn denoise_failure(film: &str, error: &DenoiseError) -> Failure {
     match error {
-        DenoiseError::Cancelled => Failure::new(Exit::Interrupted, "interrupted; nothing was written"),
+        DenoiseError::Cancelled => Failure::new(Exit::Interrupted, NOTHING_KEPT),
         DenoiseError::NoChance => Error::invalid_input(film, error).into(),
         DenoiseError::Layer(_) | DenoiseError::Replicates => Error::invalid_input(film, error)
             .with_hint("render the scene with --denoise, --checkpoint and at least 8 samples a pixel; the film then has the layers that the denoiser needs")

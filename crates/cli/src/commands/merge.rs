@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use raywright_core::RenderOutput;
 use raywright_core::film::{Film, FilmMergeError};
-use raywright_io::output::{StoredFilm, read_film, write_film};
+use raywright_io::output::{StoredFilm, read_film, write_film, write_film_without_overwriting};
 use raywright_io::{Error, InputFiles, Limits};
 
 use super::render::film::refuse_other_version;
@@ -36,11 +36,15 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if missing > 0 && !targets.is_empty() && !args.unfinished {
         return Err(missing_samples_failure(&kept_film.film, missing));
     }
+    let is_free = |path: &Path| outputs.is_free_path(path, &inputs);
     // The picture is worth writing even if the film file cannot be written.
-    let film_result = args
-        .checkpoint
-        .as_ref()
-        .map_or(Ok(()), |path| write_film(path, &mut kept_film));
+    let film_failure = args.checkpoint.as_ref().and_then(|path| {
+        let error = write_film(path, &mut kept_film).err()?;
+        let copy = write::write_to_fallback(path, (&inputs, is_free), |path, is_free| {
+            write_film_without_overwriting(path, &mut kept_film, is_free)
+        });
+        Some(write::with_fallback_hint(error.into(), "film", copy))
+    });
     let rendered = RenderOutput::from_film(&kept_film.film, &());
     let display = plan::apply_display_and_exposure(
         &args.display,
@@ -50,17 +54,20 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let noisy = kept_film.film.estimate_uncertainty();
     kept_film.metadata.error =
         origin::format_error_metadata(noisy.as_ref(), &rendered, &kept_film.film);
-    let mut written = write::write_targets(
+    let mut written = match write::write_targets(
         &rendered,
         &targets,
         display,
         &kept_film.metadata,
-        (&inputs, |path: &Path| outputs.is_free_path(path, &inputs)),
-    )?;
+        (&inputs, is_free),
+    ) {
+        Ok(written) => written,
+        Err(failure) => return Err(failure.with_failure(film_failure)),
+    };
     written.extend(
         args.checkpoint
             .as_ref()
-            .filter(|_| film_result.is_ok())
+            .filter(|_| film_failure.is_none())
             .map(|path| write::printable_path(path)),
     );
     let mut notes = Notes::new(verbosity);
@@ -82,7 +89,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
             format_duration(clock.total_seconds())
         ));
     }
-    Ok(film_result?)
+    film_failure.map_or(Ok(()), Err)
 }
 
 /// Reads the film files of all parts in turn and joins them. The memory holds at most the parts

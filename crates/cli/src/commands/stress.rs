@@ -107,7 +107,7 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
         }
         outputs.add_output(path, "-o")?;
     }
-    let threads = Threads::new(args.threads)?;
+    let threads = Threads::within_machine(args.threads, verbosity)?;
     let (mut notes, options) = (
         Notes::new(verbosity),
         plan::build_load_options(&args.changes, args.max_memory),

@@ -1,11 +1,11 @@
 //! `thumbs`: a small picture of every scene and model below a folder, rendered only if a file of
 //! the model has changed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 use raywright_core::display::Display;
 use raywright_core::framing::{FIELD_OF_VIEW, Silhouette};
@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::args::ThumbsArgs;
 use crate::console::{self, Verbosity};
+use crate::early_stage::EarlyStageGuard;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
 use crate::observer::RunObserver;
@@ -29,8 +30,12 @@ use crate::{origin, plan, scene_input};
 const FORMAT: u32 = 1;
 /// Name of the index file in the folder of the pictures.
 const INDEX: &str = "thumbs.json";
-/// Largest depth of searched folders. The limit ends cycles of links.
-const DEEPEST_FOLDER: usize = 64;
+/// Interval between writes of the index file. A run that is ended at once, by a second Ctrl-C or
+/// while it reads a model, forgets the pictures of at most this interval.
+const INDEX_INTERVAL: Duration = Duration::from_secs(1);
+/// Message of an interrupted run.
+const INTERRUPTED: &str =
+    "interrupted; finished pictures are kept, and the next run renders the others";
 
 /// Index file: the inputs of all pictures, kept between runs to find pictures that are out of date.
 #[derive(Debug, Default, Deserialize, Serialize)]
@@ -80,10 +85,14 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
     models.sort_by(|a, b| b.0.cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
     let index_file = args.output.join(INDEX);
     let mut index = read_index(&index_file)?;
-    let (mut worst, mut failed) = (Exit::Done, 0);
+    let (mut worst, mut failed, mut index_written) = (Exit::Done, 0, Instant::now());
     for (_, model) in &models {
         if stop.load(Ordering::Relaxed) {
             break;
+        }
+        if index_written.elapsed() >= INDEX_INTERVAL {
+            write_index(&index_file, &index)?;
+            index_written = Instant::now();
         }
         match update_thumbnail(args, model, &mut index, (&threads, stop)) {
             Ok((picture, is_new)) => console::print(format!(
@@ -105,10 +114,7 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
     write_index(&index_file, &index)?;
     if stop.load(Ordering::Relaxed) {
-        return Err(Failure::new(
-            Exit::Interrupted,
-            "interrupted; finished pictures are kept, and the next run renders the others",
-        ));
+        return Err(Failure::new(Exit::Interrupted, INTERRUPTED));
     }
     if models.is_empty() {
         verbosity.print_warning(format_args!(
@@ -129,14 +135,24 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
 }
 
 /// Lists every scene and model below the folder with its modification time, except files in the
-/// folder of the pictures.
+/// folder of the pictures. Each folder is searched once, under its first path without links where
+/// it has one, however many links lead to it.
 fn list_models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
-    let (mut found, mut folders) = (Vec::new(), vec![(args.folder.clone(), 0)]);
-    let pictures = fs::canonicalize(&args.output).ok();
-    while let Some((folder, depth)) = folders.pop() {
+    let _stage = EarlyStageGuard::start_unlimited(INTERRUPTED);
+    let (mut found, mut folders) = (Vec::new(), vec![args.folder.clone()]);
+    // Links are followed after all folders that have a path without links.
+    let (mut links, mut searched) = (Vec::new(), HashSet::new());
+    searched.extend(folder_identity(&args.output));
+    while let Some(folder) = folders.pop().or_else(|| links.pop()) {
+        let is_new = folder_identity(&folder).is_some_and(|identity| searched.insert(identity));
+        if !is_new && folder != args.folder {
+            continue;
+        }
         let entries = match fs::read_dir(&folder) {
             Ok(entries) => entries,
-            Err(cause) if depth == 0 => return Err(Error::unreadable(&folder, &cause).into()),
+            Err(cause) if folder == args.folder => {
+                return Err(Error::unreadable(&folder, &cause).into());
+            }
             // An unreadable folder below the searched folder is skipped.
             Err(_) => continue,
         };
@@ -148,9 +164,10 @@ fn list_models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure>
                 continue;
             };
             if metadata.is_dir() {
-                let is_output = pictures.is_some() && fs::canonicalize(&path).ok() == pictures;
-                if !is_hidden && !is_output && depth < DEEPEST_FOLDER {
-                    folders.push((path, depth + 1));
+                match path.is_symlink() {
+                    _ if is_hidden => {}
+                    true => links.push(path),
+                    false => folders.push(path),
                 }
             } else if metadata.is_file() && !is_hidden && is_scene_or_model(&path) {
                 found.push((metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH), path));
@@ -158,6 +175,20 @@ fn list_models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure>
         }
     }
     Ok(found)
+}
+
+/// Returns the identity of a folder, the same for all paths that lead to it; `None` without access
+/// to the folder.
+#[cfg(unix)]
+fn folder_identity(folder: &Path) -> Option<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    let metadata = fs::metadata(folder).ok()?;
+    Some((metadata.dev(), metadata.ino()))
+}
+
+#[cfg(not(unix))]
+fn folder_identity(folder: &Path) -> Option<PathBuf> {
+    fs::canonicalize(folder).ok()
 }
 
 /// Renders a model's picture if it is missing or out of date. Returns its path, and whether it was
@@ -168,6 +199,7 @@ fn update_thumbnail(
     index: &mut ThumbnailIndex,
     (threads, stop): (&Threads, &AtomicBool),
 ) -> Result<(PathBuf, bool), Failure> {
+    let stage = EarlyStageGuard::start_unlimited(INTERRUPTED);
     let below = model.strip_prefix(&args.folder).unwrap_or(model);
     let (name, picture) = (
         below.to_string_lossy().into_owned(),
@@ -195,6 +227,7 @@ fn update_thumbnail(
     if let Some(failure) = scene_input::empty_scene_failure(&loaded) {
         return Err(failure);
     }
+    drop(stage);
     render_thumbnail(&loaded, args.size, &picture, (threads, stop))?;
     index.thumbnails.insert(
         name,

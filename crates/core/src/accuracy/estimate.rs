@@ -127,6 +127,7 @@ impl ConfidenceInterval {
 /// Errors of a setting over the whole picture: differences in linear radiance from the reference,
 /// averaged over pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(into = "RootErrors")]
 pub struct SettingErrors {
     /// Root mean squared error; the reference's variance is subtracted.
     pub rmse: ConfidenceInterval,
@@ -138,6 +139,26 @@ pub struct SettingErrors {
     pub bias: Option<ConfidenceInterval>,
     /// Ratio of the summed radiance of the picture to that of the reference.
     pub light: ConfidenceInterval,
+}
+
+/// Errors of a setting as files report them: the roots of the mean squares.
+#[derive(Serialize)]
+struct RootErrors {
+    rmse: ConfidenceInterval,
+    root_relmse: ConfidenceInterval,
+    bias: Option<ConfidenceInterval>,
+    light: ConfidenceInterval,
+}
+
+impl From<SettingErrors> for RootErrors {
+    fn from(errors: SettingErrors) -> Self {
+        Self {
+            rmse: errors.rmse,
+            root_relmse: errors.relmse.map(f64::sqrt),
+            bias: errors.bias.map(|bias| bias.map(f64::sqrt)),
+            light: errors.light,
+        }
+    }
 }
 
 /// The reference in one tile: mean radiances, their variances, and display values.

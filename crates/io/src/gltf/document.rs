@@ -137,7 +137,7 @@ pub(super) fn parse(
     match parse_typed(text, warnings) {
         Ok(document) => Ok(document),
         Err(fault) => {
-            check_available_memory(text.len() as u64)?;
+            check_available_memory(text.len() as u64, limits)?;
             let Some(rewritten) = json::rewrite_json(text) else {
                 return Err(fault);
             };

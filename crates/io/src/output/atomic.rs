@@ -1,9 +1,13 @@
 //! Atomic writing of files: the content is written to a temporary file in the same folder, which is
 //! then renamed.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use same_file::Handle;
+use sha2::{Digest, Sha256};
 
 use super::output_path::{TEMPORARY, folder_of, resolve_links};
 use super::ownership::is_own_picture;
@@ -74,14 +78,81 @@ pub(super) fn write_stream(
     persisted.map(|_| ()).map_err(|failure| failure.error)
 }
 
-/// Creates a temporary file beside the target. A new file gets the user's default mode; a
-/// replacement gets the owner and mode of the replaced file before any byte is written.
+/// Number of names for temporary files of a target, and so of programs that write the target at the
+/// same time. Further ones get random names.
+const MOST_WRITERS: usize = 8;
+
+/// Returns the names for temporary files of a target. They are derived from the target's name, so
+/// that a later write of the target finds a file whose program was killed.
+fn temporary_paths(target: &Path) -> [PathBuf; MOST_WRITERS] {
+    let name = target.file_name().unwrap_or_default().as_encoded_bytes();
+    let hash = &Sha256::digest(name)[..8];
+    let hash: String = hash.iter().map(|byte| format!("{byte:02x}")).collect();
+    std::array::from_fn(|i| folder_of(target).join(format!("{TEMPORARY}{hash}-{i}.tmp")))
+}
+
+/// Removes a temporary file that no program writes. The program that writes the file locks it, and
+/// the system removes the lock of a killed program.
+fn remove_abandoned_file(path: &Path) {
+    if path.symlink_metadata().is_ok_and(|metadata| metadata.is_file())
+        && let Ok(file) = fs::OpenOptions::new().write(true).open(path)
+        && file.try_lock().is_ok()
+        && let Ok(locked) = Handle::from_file(file)
+        // The name may have passed to another file before the lock was set.
+        && Handle::from_path(path).is_ok_and(|named| named == locked)
+    {
+        // A file that cannot be removed takes another name, and does no harm.
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// Creates a locked temporary file beside the target, and removes those of killed programs.
 fn create_temporary_file(
     target: &Path,
     replaced: Option<&fs::Metadata>,
 ) -> io::Result<tempfile::NamedTempFile> {
+    let paths = temporary_paths(target);
+    paths.iter().for_each(|path| remove_abandoned_file(path));
+    let mut names = paths.iter().filter_map(|path| path.file_name());
+    loop {
+        let name = names.next();
+        let file = match create_file_beside(target, name, replaced) {
+            Err(cause) if name.is_some() && cause.kind() == io::ErrorKind::AlreadyExists => {
+                continue;
+            }
+            created => created?,
+        };
+        // Without locks in the file system, no other program removes the file.
+        let _ = file.as_file().lock();
+        if is_linked(file.as_file())? {
+            return Ok(file);
+        }
+        // Another program removed the file before it was locked, and may have created its own.
+        file.into_temp_path().keep()?;
+    }
+}
+
+/// Whether a file still has a name.
+fn is_linked(file: &fs::File) -> io::Result<bool> {
+    #[cfg(unix)]
+    return Ok(std::os::unix::fs::MetadataExt::nlink(&file.metadata()?) > 0);
+    #[cfg(not(unix))]
+    Ok(file.metadata().is_ok())
+}
+
+/// Creates a temporary file beside the target, with a random name if `name` is `None`. A new file
+/// gets the user's default mode; a replacement gets the owner and mode of the replaced file before
+/// any byte is written.
+fn create_file_beside(
+    target: &Path,
+    name: Option<&OsStr>,
+    replaced: Option<&fs::Metadata>,
+) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY).suffix(".tmp");
+    match name {
+        Some(name) => builder.prefix(name).rand_bytes(0),
+        None => builder.prefix(TEMPORARY).suffix(".tmp"),
+    };
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -221,6 +292,53 @@ mod tests {
             "{error}"
         );
         assert_eq!(names(folder.path()), ["taken"]);
+    }
+
+    /// Protects: a write removes the temporary files that killed programs left of the same name, in
+    /// whatever order they were killed; those of a live program, of another name, and files that
+    /// are no files of ours stay.
+    #[test]
+    fn files_of_killed_programs_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, other) = (folder.path().join("a.bin"), folder.path().join("b.bin"));
+        let [abandoned, live, further, taken, ..] = temporary_paths(&path);
+        let [foreign, ..] = temporary_paths(&other);
+        for file in [&abandoned, &live, &further, &foreign] {
+            fs::write(file, "part").unwrap();
+        }
+        fs::create_dir(&taken).unwrap();
+        let writer = fs::File::open(&live).unwrap();
+        writer.lock().unwrap();
+        for content in [b"one", b"two"] {
+            write_atomically(&path, content).unwrap();
+            assert_eq!(fs::read(&path).unwrap(), content);
+            let exists = [&abandoned, &live, &further, &taken, &foreign].map(|file| file.exists());
+            assert_eq!(exists, [false, true, false, true, true]);
+        }
+        drop(writer);
+        write_atomically(&path, b"three").unwrap();
+        assert!(!live.exists() && foreign.exists());
+    }
+
+    /// Protects: any number of programs write a file at the same time; each leaves a whole file,
+    /// and none leaves a temporary one.
+    #[test]
+    fn many_writers_do_not_disturb_each_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        std::thread::scope(|scope| {
+            for writer in 0..12 {
+                let path = &path;
+                scope.spawn(move || {
+                    for _ in 0..10 {
+                        write_atomically(path, &[writer; 1000]).unwrap();
+                    }
+                });
+            }
+        });
+        let bytes = fs::read(&path).unwrap();
+        assert!(bytes.len() == 1000 && bytes.iter().all(|byte| *byte == bytes[0]));
+        assert_eq!(names(folder.path()), ["a.bin"]);
     }
 
     /// Protects: a failed rename removes the temporary file and keeps the old content.

@@ -11,15 +11,15 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use raywright_core::display::Display;
 use raywright_core::film::{Film, FilmDataStream, FilmHeader};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::PictureMetadata;
 use super::atomic::{ReplaceRule, write_stream};
+use super::{PictureMetadata, write_stream_without_overwriting};
 use crate::error::Error;
 use crate::limits::{Limits, format_bytes};
 
@@ -62,6 +62,22 @@ pub fn write_film(path: &Path, kept_film: &mut StoredFilm) -> Result<(), Error> 
     .map_err(|cause| Error::unwritable(path, &cause))
 }
 
+/// Writes a film file under a name that the user did not choose, otherwise as [`write_film`]. A
+/// name that is taken is replaced by the next numbered name, as for
+/// [`write_file_without_overwriting`](super::write_file_without_overwriting). Returns the path of
+/// the written file.
+///
+/// # Errors
+///
+/// As [`write_film`].
+pub fn write_film_without_overwriting(
+    path: &Path,
+    kept_film: &mut StoredFilm,
+    is_free: impl Fn(&Path) -> bool,
+) -> Result<PathBuf, Error> {
+    write_stream_without_overwriting(path, is_free, |out| encode_film(out, kept_film))
+}
+
 fn encode_film(out: &mut dyn Write, kept_film: &mut StoredFilm) -> io::Result<()> {
     let header = FilmFileHeader {
         film: kept_film.film.header(),
@@ -81,6 +97,13 @@ fn encode_film(out: &mut dyn Write, kept_film: &mut StoredFilm) -> io::Result<()
     let hash = out.hash.finalize();
     out.out.write_all(&hash)?;
     out.out.flush()
+}
+
+/// Whether a file begins as a film file of any version does. False for a file that cannot be read.
+pub fn is_film(path: &Path) -> bool {
+    let mut magic = [0; MAGIC.len()];
+    let is_read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    is_read.is_ok() && magic == MAGIC
 }
 
 /// Reads a film file. The memory that the film takes is computed from the header, and checked

@@ -16,6 +16,7 @@ mod sheet;
 mod web_formats;
 
 use std::ffi::OsString;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use raywright_core::display::Display;
@@ -27,7 +28,7 @@ pub use animation::{AnimationFormat, AnimationWriter};
 use atomic::ReplaceRule;
 pub use atomic::write_atomically;
 pub(crate) use exr::encode_exr;
-pub use film::{StoredFilm, read_film, write_film};
+pub use film::{StoredFilm, is_film, read_film, write_film, write_film_without_overwriting};
 pub use marks::{PictureMark, mark_radius, write_marked_picture};
 pub use metadata::PictureMetadata;
 pub use output_path::OutputPath;
@@ -168,12 +169,20 @@ pub fn write_file_without_overwriting(
     bytes: &[u8],
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<PathBuf, Error> {
+    write_stream_without_overwriting(path, is_free, |out| out.write_all(bytes))
+}
+
+fn write_stream_without_overwriting(
+    path: &Path,
+    is_free: impl Fn(&Path) -> bool,
+    mut write: impl FnMut(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<PathBuf, Error> {
     for number in 1..=MOST_NAMES {
         let name = numbered_path(path, number);
         if !is_free(&name) {
             continue;
         }
-        match atomic::write_bytes(&name, bytes, ReplaceRule::ProgramPictures) {
+        match atomic::write_stream(&name, ReplaceRule::ProgramPictures, &mut write) {
             Ok(()) => return Ok(name),
             Err(cause) if cause.kind() == std::io::ErrorKind::AlreadyExists => {}
             Err(cause) => return Err(Error::unwritable(&name, &cause)),

@@ -28,9 +28,9 @@ const COLUMNS: [&str; 33] = [
     "rmse",
     "rmse_low",
     "rmse_high",
-    "relmse",
-    "relmse_low",
-    "relmse_high",
+    "root_relmse",
+    "root_relmse_low",
+    "root_relmse_high",
     "bias",
     "bias_low",
     "bias_high",
@@ -92,16 +92,15 @@ impl CsvLine {
             ("seconds", &measured.seconds),
             ("ratio", &measured.ratio),
             ("rmse", &errors.rmse),
-            ("relmse", &errors.relmse),
+            ("root_relmse", &errors.relmse.map(f64::sqrt)),
             ("light", &errors.light),
         ];
         let line = all.into_iter().fold(line, |line, (column, interval)| {
             line.with_interval(column, interval)
         });
-        errors
-            .bias
-            .iter()
-            .fold(line, |line, bias| line.with_interval("bias", bias))
+        errors.bias.iter().fold(line, |line, bias| {
+            line.with_interval("bias", &bias.map(f64::sqrt))
+        })
     }
 
     fn with_rung_cost(self, of: &RungCostReport) -> Self {

@@ -21,9 +21,10 @@ use crate::machine::processor_name;
 use crate::origin::command_line;
 use crate::table::format_significant_digits;
 
-/// Version of the layout of [`AccuracyDocument`]. Since version 3, all errors and times apply to
-/// the picture at its full size; they are estimated from tiles, with confidence intervals.
-const FORMAT: u32 = 3;
+/// Version of the layout of [`AccuracyDocument`]. Since version 4, all errors are roots of mean
+/// squares. Since version 3, errors and times apply to the picture at its full size; they are
+/// estimated from tiles, with confidence intervals.
+const FORMAT: u32 = 4;
 
 /// Content of an output file of `accuracy`, selected by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -44,7 +44,7 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
     let mut notes = Notes::new(verbosity);
     let options = plan::build_load_options(&args.changes, args.max_memory);
-    let threads = Threads::new(args.threads)?;
+    let threads = Threads::within_machine(args.threads, verbosity)?;
     let mut loaded = threads.run(|| scene_input::load_with_notes(&name, &options, &mut notes))?;
     outputs.check_against_inputs(&loaded.inputs)?;
     scene_input::note_added_parts(&loaded, &mut notes);

@@ -1,4 +1,4 @@
-//! `info`: contents of a scene, model or picture file, as a table or as JSON.
+//! `info`: contents of a scene, model, picture or film file, as a table or as JSON.
 
 mod json;
 mod picture;
@@ -25,7 +25,7 @@ use crate::table::{format_columns, format_four_digits};
 
 /// Runs `info`: prints the contents of a file as a table or as JSON.
 pub fn run(args: &InfoArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    if picture::is_picture(Path::new(&args.scene)) {
+    if picture::is_picture_or_film(Path::new(&args.scene)) {
         return picture::run(Path::new(&args.scene), args.json);
     }
     let mut notes = Notes::new(verbosity);

@@ -1,14 +1,20 @@
 //! `info` for a picture file: its size, its layers and its metadata, which state the estimated
-//! error and the origin of the picture.
+//! error and the origin of the picture. For a film file, also the samples so far.
 
 use std::path::Path;
 
-use raywright_io::output::{PictureFormat, PictureMetadata, StoredPicture, read_picture};
+use raywright_core::RenderOutput;
+use raywright_core::film::Film;
+use raywright_core::picture::Picture;
+use raywright_io::output::{
+    PictureFormat, PictureMetadata, StoredFilm, is_film, read_film, read_picture,
+};
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::console;
 use crate::failure::Failure;
+use crate::origin;
 use crate::plan;
 use crate::table::format_columns;
 
@@ -33,17 +39,61 @@ struct PictureInfo {
     seed: Option<u64>,
     settings: String,
     command: String,
+    /// Samples of a film.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    film: Option<FilmProgress>,
 }
 
-/// Whether a file name has the extension of a picture format.
-pub fn is_picture(path: &Path) -> bool {
-    PictureFormat::from_path(path).is_ok()
+/// Samples of a film: of the whole picture, or of its rendered parts.
+#[derive(Serialize)]
+struct FilmProgress {
+    /// Least and greatest number of samples of a pixel.
+    samples: [u32; 2],
+    /// Requested number of samples per pixel; null with a time budget or a target error.
+    of: Option<u32>,
+    /// Number of tiles, and of those that lack samples.
+    tiles: u32,
+    unfinished_tiles: usize,
+    /// Number of replicates, which parts of a picture divide among them as they do the tiles.
+    replicates: u32,
 }
 
-/// Runs `info` for a picture file: prints its contents as a table or as JSON.
+impl FilmProgress {
+    fn from_film(film: &Film) -> Self {
+        let whole = film.full_part();
+        Self {
+            samples: film.sample_range(&whole).into_inner().into(),
+            of: film.requested_samples(),
+            tiles: whole.tiles.end,
+            unfinished_tiles: film.unfinished_tiles(&whole),
+            replicates: whole.replicates.end,
+        }
+    }
+
+    fn format(&self) -> String {
+        let [least, greatest] = self.samples;
+        let of = self.of.map(|of| format!(" of {of}")).unwrap_or_default();
+        format!(
+            "{least} to {greatest}{of} a pixel; {} of {} tiles lack samples",
+            self.unfinished_tiles, self.tiles
+        )
+    }
+}
+
+/// Whether a file name has the extension of a picture format, or the file is a film.
+pub fn is_picture_or_film(path: &Path) -> bool {
+    PictureFormat::from_path(path).is_ok() || is_film(path)
+}
+
+/// Runs `info` for a picture or film file: prints its contents as a table or as JSON.
 pub fn run(path: &Path, as_json: bool) -> Result<(), Failure> {
-    let stored_picture = read_picture(path, &plan::build_limits(None))?;
-    let picture_facts = PictureInfo::from_picture(path, &stored_picture);
+    let limits = plan::build_limits(None);
+    let picture_facts = if is_film(path) {
+        PictureInfo::from_film(path, read_film(path, &limits)?)
+    } else {
+        let stored = read_picture(path, &limits)?;
+        PictureInfo::new(path, stored.format_name, &stored.picture, stored.metadata())
+    };
     console::print(if as_json {
         console::format_json(&picture_facts)
     } else {
@@ -52,9 +102,24 @@ pub fn run(path: &Path, as_json: bool) -> Result<(), Failure> {
 }
 
 impl PictureInfo {
-    fn from_picture(path: &Path, stored_picture: &StoredPicture) -> Self {
-        let picture = &stored_picture.picture;
-        let metadata = stored_picture.metadata();
+    fn from_film(path: &Path, stored: StoredFilm) -> Self {
+        let StoredFilm { film, metadata, .. } = stored;
+        let rendered = RenderOutput::from_film_without_denoising(&film);
+        let noisy = film.estimate_uncertainty();
+        let error = origin::format_error_metadata(noisy.as_ref(), &rendered, &film);
+        let metadata = PictureMetadata { error, ..metadata };
+        Self {
+            film: Some(FilmProgress::from_film(&film)),
+            ..Self::new(path, "Raywright film", &rendered.picture, metadata)
+        }
+    }
+
+    fn new(
+        path: &Path,
+        notation: &'static str,
+        picture: &Picture,
+        metadata: PictureMetadata,
+    ) -> Self {
         let error = convert_error_to_json(&metadata);
         let PictureMetadata {
             software,
@@ -67,7 +132,7 @@ impl PictureInfo {
         Self {
             format: FORMAT,
             file: path.display().to_string(),
-            notation: stored_picture.format_name,
+            notation,
             size: [picture.width, picture.height],
             window: picture
                 .window
@@ -84,6 +149,7 @@ impl PictureInfo {
             seed,
             settings,
             command,
+            film: None,
         }
     }
 
@@ -101,6 +167,13 @@ impl PictureInfo {
                         .map(format_data_window)
                         .unwrap_or_default()
                 ),
+            ),
+            (
+                "samples",
+                self.film
+                    .as_ref()
+                    .map(FilmProgress::format)
+                    .unwrap_or_default(),
             ),
             ("layers", self.layers.join(", ")),
             ("software", self.software.clone()),

@@ -58,7 +58,7 @@ pub fn write_targets(
 pub fn write_to_fallback(
     path: &Path,
     (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
-    write: impl Fn(&Path, &dyn Fn(&Path) -> bool) -> Result<PathBuf, Error>,
+    mut write: impl FnMut(&Path, &dyn Fn(&Path) -> bool) -> Result<PathBuf, Error>,
 ) -> Option<PathBuf> {
     let name = path.file_name()?;
     let beside = inputs.files().next().and_then(Path::parent);

@@ -13,7 +13,9 @@ const MOST_HEAD: usize = 8 << 10;
 const MOST_HEADERS: usize = 48;
 /// Largest size of a request's body, in bytes.
 const MOST_BODY: usize = 16 << 10;
-/// Time limit for the arrival of a whole request, and for each write of a response.
+/// Time limit for the arrival of a request's head, which a browser on this machine sends at once.
+const MOST_HEAD_TIME: Duration = Duration::from_secs(1);
+/// Time limit for the arrival of a request's body, and for each write of a response.
 const MOST_TIME: Duration = Duration::from_secs(5);
 
 /// A parsed HTTP request.
@@ -30,6 +32,15 @@ pub struct HttpRequest {
     /// (`Sec-Fetch-Site`).
     pub fetch_site: Option<String>,
     pub body: Vec<u8>,
+}
+
+impl HttpRequest {
+    /// Splits the path `/TOKEN/NAME` into token and name. Both are empty for any other path.
+    pub fn split_path(&self) -> (&str, &str) {
+        let path = self.path.strip_prefix('/');
+        path.and_then(|path| path.split_once('/'))
+            .unwrap_or_default()
+    }
 }
 
 /// An HTTP response.
@@ -102,10 +113,14 @@ fn reason_phrase(status: u16) -> &'static str {
     }
 }
 
-/// Reads a request from a connection. The error is the response that refuses a malformed, too long
-/// or too slow request.
-pub fn read_request(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse> {
-    let deadline = Instant::now() + MOST_TIME;
+/// Reads a request from a connection. `check_head` decides by the request without its body whether
+/// the body is read. The error is the response that refuses the request, also a malformed, too
+/// long or too slow one.
+pub fn read_request(
+    stream: &mut TcpStream,
+    check_head: impl FnOnce(&HttpRequest) -> Result<(), HttpResponse>,
+) -> Result<HttpRequest, HttpResponse> {
+    let deadline = Instant::now() + MOST_HEAD_TIME;
     let mut bytes = Vec::new();
     let (mut request, head, length) = loop {
         if let Some(parsed) = parse_request_head(&bytes)? {
@@ -116,12 +131,14 @@ pub fn read_request(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse>
         }
         receive_bytes(stream, deadline, &mut bytes)?;
     };
+    check_head(&request)?;
     if length > MOST_BODY {
         return Err(HttpResponse::with_text(
             413,
             "the body of the request is too long",
         ));
     }
+    let deadline = Instant::now() + MOST_TIME;
     while bytes.len() < head + length {
         receive_bytes(stream, deadline, &mut bytes)?;
     }

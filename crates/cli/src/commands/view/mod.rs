@@ -49,7 +49,7 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
     };
     let (stop, threads) = (
         interrupt::install_stop_flag()?,
-        Threads::new(args.render.machine.threads)?,
+        Threads::within_machine(args.render.machine.threads, verbosity)?,
     );
     let (command, flags) = ViewCommand::from_command_line(
         scene.clone(),

@@ -1,12 +1,13 @@
 //! HTTP server of the viewer's page, for this machine alone.
 
+use std::collections::VecDeque;
 use std::collections::hash_map::RandomState;
 use std::hash::BuildHasher;
 use std::io;
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
-use std::sync::Arc;
+use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -17,8 +18,11 @@ use super::flags::ViewCommand;
 use super::http::{HttpRequest, HttpResponse, read_request};
 use super::shared::{SaveRequest, SharedView, ViewJob, ViewRequest};
 
-/// Largest number of simultaneous connections.
-const MOST_CONNECTIONS: usize = 32;
+/// Largest number of simultaneous requests of the page.
+const MOST_REQUESTS: usize = 32;
+/// Largest number of connections without the page's token. A further connection closes the oldest
+/// of them, so that no number of other programs keeps the page waiting.
+const MOST_UNKNOWN: usize = 64;
 /// Longest wait for a new status. After this time the page gets the unchanged status.
 const STATUS_TIMEOUT: Duration = Duration::from_secs(5);
 /// Longest wait for a saved file. A denoising in progress may delay the file.
@@ -36,6 +40,32 @@ pub struct ViewServer {
     /// Random token in the page's address, without which requests are refused.
     token: String,
     shared: Arc<SharedView>,
+}
+
+/// Connections whose request has not shown the token yet, oldest first, by number.
+#[derive(Default)]
+struct UnknownConnections(Mutex<VecDeque<(u64, TcpStream)>>);
+
+impl UnknownConnections {
+    fn lock(&self) -> MutexGuard<'_, VecDeque<(u64, TcpStream)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds a connection. Of too many connections, the oldest is closed, which ends its reads.
+    fn add(&self, number: u64, stream: TcpStream) {
+        let mut all = self.lock();
+        all.push_back((number, stream));
+        if all.len() > MOST_UNKNOWN {
+            // A failure means that the connection is closed already.
+            let _ = all
+                .pop_front()
+                .map(|(_, oldest)| oldest.shutdown(Shutdown::Both));
+        }
+    }
+
+    fn remove(&self, number: u64) {
+        self.lock().retain(|(other, _)| *other != number);
+    }
 }
 
 /// Generates a random token of 128 bits. Each half is a hash value of the standard library, whose
@@ -68,53 +98,70 @@ impl ViewServer {
 
     /// Serves requests, each on a thread of its own, until the program ends.
     pub fn serve(self) {
-        let (server, busy) = (Arc::new(self), Arc::new(AtomicUsize::new(0)));
-        for stream in server.listener.incoming() {
-            let Ok(mut stream) = stream else {
+        let (server, unknown, busy) = (
+            Arc::new(self),
+            Arc::new(UnknownConnections::default()),
+            Arc::new(AtomicUsize::new(0)),
+        );
+        for (number, stream) in (0..).zip(server.listener.incoming()) {
+            let copied = stream.and_then(|stream| Ok((stream.try_clone()?, stream)));
+            let Ok((copy, mut stream)) = copied else {
                 // The process may have no free file descriptor; a pause gives other connections
                 // time to close.
                 thread::sleep(Duration::from_millis(50));
                 continue;
             };
-            if busy.fetch_add(1, Ordering::Relaxed) >= MOST_CONNECTIONS {
-                busy.fetch_sub(1, Ordering::Relaxed);
-                // A failed write means that the browser closed the connection.
-                let _ = HttpResponse::with_text(503, "too many connections").send(&mut stream);
-                continue;
-            }
-            let (server, own) = (server.clone(), busy.clone());
-            let respond = move || {
-                server.handle_connection(&mut stream);
-                own.fetch_sub(1, Ordering::Relaxed);
-            };
+            unknown.add(number, copy);
+            let (server, others, busy) = (server.clone(), unknown.clone(), busy.clone());
+            let respond = move || server.handle_connection(&mut stream, (number, &others), &busy);
             if thread::Builder::new().spawn(respond).is_err() {
-                busy.fetch_sub(1, Ordering::Relaxed);
+                unknown.remove(number);
             }
         }
     }
 
-    fn handle_connection(&self, stream: &mut TcpStream) {
-        let response = match read_request(stream) {
+    fn handle_connection(
+        &self,
+        stream: &mut TcpStream,
+        (number, unknown): (u64, &UnknownConnections),
+        busy: &AtomicUsize,
+    ) {
+        let mut is_own = false;
+        let request = read_request(stream, |head| {
+            self.check_head(head)?;
+            unknown.remove(number);
+            is_own = true;
+            if busy.fetch_add(1, Ordering::Relaxed) >= MOST_REQUESTS {
+                return Err(HttpResponse::with_text(503, "too many requests"));
+            }
+            Ok(())
+        });
+        let response = match request {
             Ok(request) => self.respond_to_request(&request),
             Err(refusal) => refusal,
         };
         // A failed write means that the browser closed the connection.
         let _ = response.send(stream);
+        if is_own {
+            busy.fetch_sub(1, Ordering::Relaxed);
+        } else {
+            unknown.remove(number);
+        }
     }
 
-    /// Returns the response to a request. A page of another site can send requests to this server
-    /// through a domain name that resolves to this machine. Therefore the request is refused unless
-    /// its host, its origin and its token are those of the viewer's page.
-    fn respond_to_request(&self, request: &HttpRequest) -> HttpResponse {
+    /// Refuses a request unless its host, its origin and its token are those of the viewer's page.
+    /// A page of another site can send requests to this server through a domain name that resolves
+    /// to this machine.
+    fn check_head(&self, request: &HttpRequest) -> Result<(), HttpResponse> {
         let is_own = |origin: &str| {
             self.hosts
                 .iter()
                 .any(|host| origin.strip_prefix("http://") == Some(host))
         };
         let is_read = request.method == "GET";
+        let refuse = |reason| Err(HttpResponse::with_text(403, reason));
         if !self.hosts.contains(&request.host) {
-            return HttpResponse::with_text(
-                403,
+            return refuse(
                 "the Host header does not name this server: open the address that the program printed",
             );
         }
@@ -124,26 +171,24 @@ impl ViewServer {
             .is_some_and(|origin| !is_own(origin))
             || !is_read && request.origin.is_none()
         {
-            return HttpResponse::with_text(403, "requests from pages of other sites are refused");
+            return refuse("requests from pages of other sites are refused");
         }
         let site = request.fetch_site.as_deref().unwrap_or("none");
-        let Some(path) = request
-            .path
-            .strip_prefix('/')
-            .and_then(|path| path.split_once('/'))
-            .filter(|(token, _)| self.matches_token(token))
-        else {
-            return HttpResponse::with_text(
-                403,
-                "wrong address: open the address that the program printed",
-            );
-        };
+        let (token, path) = request.split_path();
+        if !self.matches_token(token) {
+            return refuse("wrong address: open the address that the program printed");
+        }
         // A link on another site may open the page, if it contains the token; every other request
         // must come from the page itself.
-        if !(["same-origin", "none"].contains(&site) || is_read && path.1.is_empty()) {
-            return HttpResponse::with_text(403, "requests from pages of other sites are refused");
+        if !(["same-origin", "none"].contains(&site) || is_read && path.is_empty()) {
+            return refuse("requests from pages of other sites are refused");
         }
-        match (request.method.as_str(), path.1) {
+        Ok(())
+    }
+
+    /// Returns the response to a request of the page.
+    fn respond_to_request(&self, request: &HttpRequest) -> HttpResponse {
+        match (request.method.as_str(), request.split_path().1) {
             ("GET", "") => HttpResponse::with_body("text/html; charset=utf-8", PAGE),
             ("GET", "page.css") => HttpResponse::with_body("text/css; charset=utf-8", STYLE),
             ("GET", "page.js") => HttpResponse::with_body("text/javascript; charset=utf-8", SCRIPT),
@@ -268,7 +313,10 @@ mod tests {
                 ..HttpRequest::default()
             };
             change(&mut request);
-            server.respond_to_request(&request).status
+            let refusal = server.check_head(&request).err();
+            refusal
+                .unwrap_or_else(|| server.respond_to_request(&request))
+                .status
         };
         assert_eq!(requested(&|_| ()), 200);
         assert_eq!(

@@ -4,17 +4,20 @@
 mod checks;
 mod progress;
 
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use raywright_core::ReadyScene;
 use raywright_core::display::Display;
 use raywright_core::film::{Film, FilmPart};
-use raywright_io::Error;
-use raywright_io::output::{PictureMetadata, StoredFilm, read_film, write_film};
+use raywright_io::output::{
+    PictureMetadata, StoredFilm, read_film, write_film, write_film_without_overwriting,
+};
+use raywright_io::{Error, InputFiles};
 
 use super::live::LivePreviews;
-use super::write::printable_path;
+use super::write::{printable_path, with_fallback_hint, write_to_fallback};
 use crate::args::{PictureShare, ProgressStyle};
 use crate::clock::{StageClock, format_duration};
 use crate::console::{self, Verbosity};
@@ -47,6 +50,8 @@ pub struct FilmSession<'a> {
     is_done: bool,
     /// Error of the last checkpoint if its file could not be written.
     checkpoint_error: Option<Error>,
+    /// File that holds the film in place of the file of the last checkpoint.
+    film_copy: Option<PathBuf>,
     /// Previews that are updated during the render.
     previews: LivePreviews,
 }
@@ -101,6 +106,7 @@ impl<'a> FilmSession<'a> {
             task,
             is_done: false,
             checkpoint_error: None,
+            film_copy: None,
             previews: LivePreviews::default(),
         })
     }
@@ -224,9 +230,24 @@ impl<'a> FilmSession<'a> {
         self.checkpoint_error = failed;
     }
 
-    /// Returns the error of the last checkpoint, if its file could not be written.
-    pub fn into_checkpoint_error(self) -> Option<Error> {
-        self.checkpoint_error
+    /// Keeps the film in the folder of the input or in the temporary folder, if the file of the
+    /// last checkpoint could not be written.
+    pub fn keep_unwritten_film(
+        &mut self,
+        (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
+    ) {
+        if let (Some(path), Some(_)) = (&self.task.checkpoint, &self.checkpoint_error) {
+            self.film_copy = write_to_fallback(path, (inputs, is_free), |path, is_free| {
+                write_film_without_overwriting(path, &mut self.kept_film, is_free)
+            });
+        }
+    }
+
+    /// Returns the failure of the last checkpoint, if its file could not be written. The failure
+    /// names the file that holds the film.
+    pub fn into_checkpoint_failure(self) -> Option<Failure> {
+        let error = self.checkpoint_error?;
+        Some(with_fallback_hint(error.into(), "film", self.film_copy))
     }
 
     /// Adds a note if the run took more than 1.1 times its budget: the budget was too small for the
@@ -287,17 +308,23 @@ impl<'a> FilmSession<'a> {
     /// Adds a hint to the failure of an interrupted run: the flag that resumes its checkpoint, or
     /// the reason why no checkpoint exists.
     pub fn with_resume_hint(&self, failure: Failure) -> Failure {
-        match (&self.task.checkpoint, &self.checkpoint_error) {
-            (Some(_), Some(error)) => failure.with_hint(format_args!(
-                "the run cannot be resumed: {}",
-                error.message()
-            )),
-            (Some(path), None) => failure.with_hint(format_args!(
-                "continue with --resume {}",
-                origin::quote_for_shell(&path.to_string_lossy())
-            )),
-            (None, _) => failure,
-        }
+        let Some(checkpoint) = &self.task.checkpoint else {
+            return failure;
+        };
+        let (failure, film) = match (&self.checkpoint_error, &self.film_copy) {
+            (Some(error), None) => {
+                return failure.with_hint(format_args!(
+                    "the run cannot be resumed: {}",
+                    error.message()
+                ));
+            }
+            (Some(error), Some(copy)) => (failure.with_hint(error.message()), copy),
+            (None, _) => (failure, checkpoint),
+        };
+        failure.with_hint(format_args!(
+            "continue with --resume {}",
+            origin::quote_for_shell(&film.to_string_lossy())
+        ))
     }
 }
 

@@ -202,16 +202,20 @@ impl<'a> PictureSeries<'a> {
             &frame.rendered,
             frame.reported_error(self, ready),
         );
+        let is_free = |path: &Path| self.outputs.is_free_path(path, &loaded.inputs);
+        frame.session.keep_unwritten_film((&loaded.inputs, is_free));
         if frame.is_interrupted() {
             return Err(self.keep_interrupted_frame(&frame, &metadata, loaded));
         }
-        self.write_frame(&frame, &metadata, loaded)?;
+        if let Err(failure) = self.write_frame(&frame, &metadata, loaded) {
+            return Err(failure.with_failure(frame.session.into_checkpoint_failure()));
+        }
         (frame.seconds.write, frame.seconds.total) = (self.clock.lap(), self.clock.total_seconds());
         self.write_statistics(&frame, (loaded, ready), notes)?;
         self.report_frame(&frame, (loaded, ready), notes);
         self.finished += 1;
         self.progress.finish_work_piece();
-        self.checkpoint_error = frame.session.into_checkpoint_error();
+        self.checkpoint_failure = frame.session.into_checkpoint_failure();
         Ok(())
     }
 

@@ -9,6 +9,7 @@ use raywright_io::{Input, InputFiles, LoadOptions, LoadedScene};
 use super::super::ALLOW_EMPTY;
 use super::PictureSeries;
 use super::scene_at_time::SceneAtTime;
+use crate::early_stage::EarlyStageGuard;
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::plan::{RenderTask, Shot};
@@ -18,6 +19,9 @@ use crate::scene_input;
 /// Largest estimated memory in bytes of all scenes kept in memory for their turn; further scenes
 /// are loaded again.
 const MOST_KEPT_BYTES: u64 = 1 << 30;
+
+/// Message of a run that a request to stop ends while it loads the scene of a further picture.
+const BETWEEN_PICTURES: &str = "interrupted; the finished pictures are kept";
 
 /// Estimates the memory of a scene in bytes.
 fn estimate_scene_bytes(scene: &Scene) -> u64 {
@@ -76,6 +80,10 @@ impl PictureSeries<'_> {
         } else {
             Progress::hidden()
         };
+        // A request to stop ends the program during a load, except where a sheet or an animation
+        // with finished pictures is to be kept.
+        let _stage = (self.early_stage.is_none() && !self.combined_files.is_requested())
+            .then(|| EarlyStageGuard::start_unlimited(BETWEEN_PICTURES));
         self.threads.run(|| {
             scene_input::load_with_progress(
                 &self.inputs[scene],

@@ -85,8 +85,8 @@ struct PictureSeries<'a> {
     failed_exits: Vec<Exit>,
     /// Descriptions of the pictures that do not reach the target error.
     shortfalls: Vec<String>,
-    /// Error of a film file that could not be written.
-    checkpoint_error: Option<Error>,
+    /// Failure of a film file that could not be written.
+    checkpoint_failure: Option<Failure>,
 }
 
 impl<'a> PictureSeries<'a> {
@@ -96,7 +96,10 @@ impl<'a> PictureSeries<'a> {
         let clock = StageClock::start();
         let count = task.scenes.len() * task.shots.len();
         let (outputs, targets, combined_files) = resolve_outputs(task, count)?;
-        let (stop, threads) = (interrupt::install_stop_flag()?, Threads::new(task.threads)?);
+        let (stop, threads) = (
+            interrupt::install_stop_flag()?,
+            Threads::within_machine(task.threads, task.verbosity)?,
+        );
         refuse_repeated_stdin(task)?;
         let early_stage = Some(super::start_early_stage(task, &clock)?);
         let inputs = task
@@ -128,7 +131,7 @@ impl<'a> PictureSeries<'a> {
             shows_object: false,
             failed_exits: Vec::new(),
             shortfalls: Vec::new(),
-            checkpoint_error: None,
+            checkpoint_failure: None,
         };
         if !task.is_single {
             // Scene files are never overwritten by pictures. Other files that a scene names are
@@ -249,8 +252,8 @@ impl<'a> PictureSeries<'a> {
     /// Returns the result of the run: a failure if a scene failed, a film file could not be
     /// written, or a target error is not reached.
     fn into_result(self) -> Result<(), Failure> {
-        if let Some(error) = self.checkpoint_error {
-            return Err(error.into());
+        if let Some(failure) = self.checkpoint_failure {
+            return Err(failure);
         }
         if let Some(&exit) = self.failed_exits.first() {
             let message = format!(
