@@ -303,3 +303,139 @@ fn reading_ends_with_the_budget() {
     );
     assert!(sandbox.names().is_empty());
 }
+
+/// Protects: the first Ctrl-C and the first request to terminate end a run that waits for a film or
+/// for a file of a model, with the exit code of an interrupted run.
+#[cfg(target_os = "linux")]
+#[test]
+fn waiting_for_files_is_interrupted() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("models")).expect("a folder");
+    let made = Command::new("mkfifo").arg(sandbox.path("a.film")).status();
+    if !made.is_ok_and(|status| status.success()) {
+        eprintln!("skipped: no pipes with names");
+        return;
+    }
+    let vertices = "v 0.1 0.2 0.3\n".repeat(4_000_000);
+    sandbox.write("models/a.obj", vertices + "f 1 2 3\n");
+    let kept =
+        "error: interrupted; finished pictures are kept, and the next run renders the others\n";
+    for (signal, words, message) in [
+        (
+            "-INT",
+            "denoise a.film -o a.png",
+            "error: interrupted; nothing was written\n",
+        ),
+        ("-TERM", "thumbs models -o out", kept),
+    ] {
+        let child = sandbox
+            .command(&words.split(' ').collect::<Vec<_>>())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        wait_for_handler(&child);
+        // The run has begun to wait or to read.
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        let id = child.id().to_string();
+        let send = |signal: &str| Command::new("kill").args([signal, &id]).status();
+        assert!(send(signal).expect("kill runs").success());
+        // A run that does not hear the signal is ended, and has no exit code.
+        let (sender, ended) = std::sync::mpsc::channel::<()>();
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                let patience = std::time::Duration::from_secs(20);
+                ended
+                    .recv_timeout(patience)
+                    .or_else(|_| send("-KILL").map(|_| ()))
+            });
+            let run = child.wait_with_output().expect("ends");
+            sender.send(()).expect("a listener");
+            let text = String::from_utf8_lossy(&run.stderr);
+            assert_eq!(
+                (run.status.code(), text.as_ref()),
+                (Some(130), message),
+                "{words}"
+            );
+        });
+    }
+}
+
+/// Protects: a small stack of the first thread is no reason to abort.
+#[cfg(target_os = "linux")]
+#[test]
+fn small_stacks_are_enough() {
+    let sandbox = Sandbox::new();
+    for words in [
+        "render preset:whitted -s 8x8 -o a.png -q",
+        "schema",
+        "info preset:whitted",
+    ] {
+        for kibibytes in [64, 1024] {
+            let script = format!("ulimit -s {kibibytes} || exit 77; exec \"$0\" {words}");
+            let run = Command::new("sh")
+                .args(["-c", &script, env!("CARGO_BIN_EXE_raywright")])
+                .current_dir(sandbox.path(""))
+                .output()
+                .expect("a shell");
+            let text = String::from_utf8_lossy(&run.stderr);
+            if run.status.code() != Some(77) {
+                assert_eq!(run.status.code(), Some(0), "{words}, {kibibytes}: {text}");
+            }
+        }
+    }
+}
+
+/// Protects: a result for a closed standard output is not lost silently; `/dev/null` is open.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_closed_output_is_told() {
+    let sandbox = Sandbox::new();
+    for words in ["render preset:whitted -s 8x8 -q -o -", "schema"] {
+        for (redirection, code) in [(">&-", 4), (">/dev/null", 0), ("1<>/dev/null", 0)] {
+            let script = format!("exec \"$0\" {words} {redirection}");
+            let run = Command::new("sh")
+                .args(["-c", &script, env!("CARGO_BIN_EXE_raywright")])
+                .current_dir(sandbox.path(""))
+                .output()
+                .expect("a shell");
+            let text = String::from_utf8_lossy(&run.stderr);
+            assert_eq!(
+                run.status.code(),
+                Some(code),
+                "{words} {redirection}: {text}"
+            );
+            let message = "error: cannot write to standard output: standard output is closed";
+            assert_eq!(text.starts_with(message), code == 4, "{text}");
+        }
+    }
+}
+
+/// Protects: an image beyond the memory limit is refused with the limit and the flag that raises it.
+#[test]
+fn images_over_the_limit_name_the_limit() {
+    let sandbox = Sandbox::new();
+    let image = image::RgbImage::new(4000, 4000);
+    image.save(sandbox.path("sky.png")).expect("a picture");
+    sandbox.write(
+        "sky.scene.toml",
+        "format = 1\nsky.map.image = \"a\"\nimages = [{ name = \"a\", path = \"sky.png\" }]\n",
+    );
+    let run = sandbox.run(&[
+        "render",
+        "sky.scene.toml",
+        "-s",
+        "8x8",
+        "--max-memory",
+        "64M",
+        "-o",
+        "a.png",
+    ]);
+    run.exits_with(5)
+        .prints_like("the limit of 64 MiB")
+        .prints_like("raise the limit with --max-memory");
+    assert!(
+        !run.stderr.contains("close other programs"),
+        "{}",
+        run.stderr
+    );
+}

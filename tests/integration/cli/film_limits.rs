@@ -176,7 +176,8 @@ fn what_is_no_film_says_why() {
 }
 
 /// Protects: a film of another program version is not resumed, merged or replayed, because its
-/// samples may differ.
+/// samples may differ: a later or earlier one, one whose number begins alike, another program. A
+/// part of another version is refused at any position, although it fits the other parts.
 #[test]
 fn a_film_of_another_version_is_refused() {
     let sandbox = sandbox();
@@ -184,6 +185,38 @@ fn a_film_of_another_version_is_refused() {
     kept_film.metadata.software = "Raywright 0.0.1".to_owned();
     raywright::io::output::write_film(&sandbox.path("b.film"), &mut kept_film)
         .expect("it can be written");
+    for part in [1, 2] {
+        render(
+            &sandbox,
+            &format!("--part {part}/2 --checkpoint {part}.film"),
+        )
+        .exits_with(0);
+    }
+    merge(&sandbox, "1.film 2.film -o c.png").exits_with(0);
+    let other_part = |number: u32, software: &str| {
+        let path = sandbox.path(format!("{number}.film"));
+        let mut part = read_film(&path, &Limits::default()).expect("a film");
+        part.metadata.software = software.to_owned();
+        raywright::io::output::write_film(&sandbox.path("other.film"), &mut part)
+            .expect("it can be written");
+    };
+    let own = kept_film_software(&sandbox);
+    let shorter = own[..own.len() - 1].to_owned();
+    for other in [
+        &format!("{own}0"),
+        &shorter,
+        "Raywright 99.0.0",
+        "Tracer 1",
+        "",
+    ] {
+        other_part(2, other);
+        for words in ["1.film other.film -o d.png", "other.film 1.film -o d.png"] {
+            merge(&sandbox, words).exits_with(3).prints_like(&format!(
+                "other.film: the file was made by {other}, and this program is {own}"
+            ));
+        }
+    }
+    assert!(!sandbox.path("d.png").exists());
     for run in [
         merge(&sandbox, "b.film -o b.png"),
         merge(&sandbox, "a.film b.film -o b.png"),
@@ -193,4 +226,10 @@ fn a_film_of_another_version_is_refused() {
         run.exits_with(3)
             .prints_like("b.film: the file was made by Raywright 0.0.1, and this program is ");
     }
+}
+
+/// Program and version in the films of this program.
+fn kept_film_software(sandbox: &Sandbox) -> String {
+    let kept_film = read_film(&sandbox.path("a.film"), &Limits::default()).expect("a film");
+    kept_film.metadata.software
 }

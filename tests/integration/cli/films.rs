@@ -671,3 +671,83 @@ fn a_film_that_cannot_be_kept_costs_no_picture() {
     assert_eq!(sandbox.picture("a.png").rgb, sandbox.picture("b.png").rgb);
     fails("merge b.film --checkpoint a.film -o c.png", "c.png");
 }
+
+/// Protects: a film that does not fit on a full disk is kept beside the scene, as a picture is: of a
+/// render, of a part without a picture, and of `merge`. The render goes on from the copy.
+#[cfg(target_os = "linux")]
+#[test]
+fn full_disks_keep_films() {
+    let sandbox = sandbox();
+    std::os::unix::fs::symlink("/dev/full", sandbox.path("full.film")).expect("a link");
+    let kept = |run: &crate::support::ProgramRun, copy: &str| {
+        run.exits_with(4)
+            .prints_like("error: cannot write full.film: the disk is full")
+            .prints_like(&format!("help: the film is kept in {copy}"));
+        assert!(sandbox.path(copy).is_file() && sandbox.path("full.film").is_symlink());
+    };
+    kept(
+        &render(&sandbox, "--spp 4 -o a.exr --checkpoint full.film"),
+        "full-2.film",
+    );
+    render(&sandbox, "--spp 8 -o more.exr --resume full-2.film").exits_with(0);
+    render(&sandbox, "--spp 8 -o once.exr").exits_with(0);
+    same_bits(&sandbox, "more.exr", "once.exr");
+    for (part, copy) in [(1, "full-3.film"), (2, "full-4.film")] {
+        let words = format!("--spp 4 --part {part}/2 --checkpoint full.film");
+        kept(&render(&sandbox, &words), copy);
+    }
+    let parts = "full-3.film full-4.film";
+    kept(
+        &merge(
+            &sandbox,
+            &format!("{parts} --checkpoint full.film -o b.exr"),
+        ),
+        "full-5.film",
+    );
+    same_bits(&sandbox, "a.exr", "b.exr");
+    merge(&sandbox, "full-5.film -o c.exr").exits_with(0);
+    same_bits(&sandbox, "a.exr", "c.exr");
+}
+
+/// Protects: `info` shows what a film is, of a whole picture or of a part, by content whatever its
+/// name; a damaged film is refused as by other commands.
+#[test]
+fn films_are_shown() {
+    let sandbox = sandbox();
+    render(&sandbox, "--spp 6 --checkpoint a.film -o a.png").exits_with(0);
+    render(&sandbox, "--spp 6 --part 1/2 --checkpoint part").exits_with(0);
+    let table = |name: &str| {
+        let run = sandbox.run(&["info", name]);
+        run.exits_with(0).text().to_owned()
+    };
+    let whole = table("a.film");
+    for text in [
+        "Raywright film",
+        "6 to 6 of 6 a pixel; 0 of ",
+        "root relMSE",
+        "samples=6",
+        "scene hash",
+    ] {
+        assert!(whole.contains(text), "{text}: {whole}");
+    }
+    let json = |name: &str| -> serde_json::Value {
+        let run = sandbox.run(&["info", name, "--json"]);
+        serde_json::from_str(run.exits_with(0).text()).expect("JSON")
+    };
+    let (whole, part) = (json("a.film"), json("part"));
+    assert_eq!(whole["film"]["unfinished_tiles"], 0);
+    assert!(
+        part["film"]["unfinished_tiles"].as_u64() > Some(0),
+        "{part}"
+    );
+    assert_eq!(part["film"]["samples"][0], 0, "{part}");
+    for same in ["size", "scene_hash", "seed"] {
+        assert_eq!(whole[same], part[same], "{same}");
+    }
+    let bytes = fs::read(sandbox.path("a.film")).expect("a film");
+    sandbox.write("b.film", &bytes[..bytes.len() - 1]);
+    sandbox
+        .run(&["info", "b.film"])
+        .exits_with(3)
+        .prints_like("b.film: the film file is truncated");
+}

@@ -211,8 +211,8 @@ fn outputs_do_not_replace_each_other() {
     assert!(!sandbox.path("s.png").exists());
 }
 
-/// Protects: a file that only its owner may read keeps its permissions when written again, for
-/// every kind of output.
+/// Protects: a file keeps its permissions when written again, for every kind of output: those of a
+/// file for a group or for all others, which neither a new file has nor a temporary one.
 #[cfg(unix)]
 #[test]
 fn modes_are_kept() {
@@ -230,14 +230,12 @@ fn modes_are_kept() {
         "diff.png",
         "merged.png",
     ];
-    let start = || {
-        for name in files {
-            sandbox.write(name, "");
-            fs::set_permissions(sandbox.path(name), fs::Permissions::from_mode(0o600))
-                .expect("an own file");
-        }
-    };
-    start();
+    let modes = || [0o640, 0o604, 0o660].into_iter().cycle();
+    for (name, mode) in files.into_iter().zip(modes()) {
+        sandbox.write(name, "");
+        fs::set_permissions(sandbox.path(name), fs::Permissions::from_mode(mode))
+            .expect("an own file");
+    }
     let render = [
         "render",
         "sky.scene.toml",
@@ -289,10 +287,10 @@ fn modes_are_kept() {
     sandbox
         .run(&["merge", "a.film", "-o", "merged.png"])
         .exits_with(0);
-    for name in files {
+    for (name, mode) in files.into_iter().zip(modes()) {
         let metadata = fs::metadata(sandbox.path(name)).expect("a file");
         assert!(
-            metadata.len() > 0 && metadata.permissions().mode() & 0o777 == 0o600,
+            metadata.len() > 0 && metadata.permissions().mode() & 0o777 == mode,
             "{name}: {:o}",
             metadata.permissions().mode()
         );

@@ -169,3 +169,43 @@ fn thumbnails_show_something() {
         .prints_like("no camera ray hits an object");
     assert!(!sandbox.path("out/point.obj.png").exists());
 }
+
+/// Protects: each folder is searched once, however many links lead to it: to a folder above, to the
+/// same folder, to one another, to a folder beside. A folder has its path without links; a linked
+/// folder outside has the link's; pictures of an earlier run are no models.
+#[cfg(unix)]
+#[test]
+fn linked_folders_are_searched_once() {
+    use std::os::unix::fs::symlink;
+    let sandbox = Sandbox::new();
+    for folder in ["models/a/b", "models/c", "outside"] {
+        std::fs::create_dir_all(sandbox.path(folder)).expect("folders");
+    }
+    for model in ["models/a/b/t.obj", "models/c/u.obj", "outside/v.obj"] {
+        sandbox.write(model, SQUARE);
+    }
+    for (target, link) in [
+        ("..", "models/a/up"),
+        (".", "models/a/same"),
+        ("../../c", "models/a/b/beside"),
+        ("../a", "models/c/a"),
+        ("a", "models/0"),
+        ("../outside", "models/far"),
+        ("../../outside", "models/a/farther"),
+        ("missing", "models/lost"),
+        ("round", "models/round"),
+    ] {
+        symlink(target, sandbox.path(link)).expect("a link");
+    }
+    let mut found = lines(&sandbox, &["--size", "16"]);
+    found.sort();
+    assert_eq!(found.len(), 3, "{found:?}");
+    assert_eq!(
+        found[..2],
+        ["new  out/a/b/t.obj.png", "new  out/c/u.obj.png"]
+    );
+    assert!(found[2].ends_with("/v.obj.png"), "{found:?}");
+    // The folder of the pictures may be the searched folder.
+    let run = sandbox.run(&["thumbs", "models", "-o", "models", "--size", "16"]);
+    assert_eq!(run.exits_with(0).text().lines().count(), 3);
+}

@@ -1,10 +1,12 @@
 //! Refusals of the viewer: other hosts, other sites, other files, and invalid requests.
 
-use std::io::Read;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
 
 use serde_json::json;
 
-use super::{SCENE, Viewer};
+use super::{PATIENCE, SCENE, Viewer};
 use crate::support::Sandbox;
 
 /// Protects: only requests with the page's address on this machine are served: another token,
@@ -275,4 +277,48 @@ fn what_is_no_request_does_nothing() {
         .read_to_string(&mut message)
         .expect("text");
     assert_eq!(message, "");
+}
+
+/// Protects: the page is served while other programs of this machine hold as many connections as
+/// they like: silent ones, halves of requests, and requests without the token. Silent connections
+/// end after a second.
+#[test]
+fn other_programs_take_no_place() {
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
+    let viewer = Viewer::start(&sandbox, &["room.scene.toml", "--spp", "4"]);
+    viewer.until("the end", |status| status["phase"] == "done");
+    let texts = [
+        "",
+        "GET / HTTP/1.1\r\nHost: ",
+        "GET /wrong/ HTTP/1.1\r\nHost: a\r\n\r\n",
+    ];
+    let began = Instant::now();
+    let mut others: Vec<TcpStream> = (0..150)
+        .map(|i| {
+            let mut stream = TcpStream::connect(&viewer.host).expect("the program listens");
+            stream.set_read_timeout(Some(PATIENCE)).expect("a time");
+            // The program may have closed the connection already.
+            let _ = stream.write_all(texts[i % 3].as_bytes());
+            stream
+        })
+        .collect();
+    for _ in 0..5 {
+        assert_eq!(viewer.get("page.js").status, 200);
+    }
+    // A connection that was reset ends with an error.
+    let mut response = String::new();
+    let _ = others
+        .pop()
+        .expect("connections")
+        .read_to_string(&mut response);
+    others.iter_mut().for_each(|stream| {
+        let _ = stream.read_to_end(&mut Vec::new());
+    });
+    assert!(response.starts_with("HTTP/1.1 403"), "{response}");
+    assert!(
+        began.elapsed() < Duration::from_millis(4500),
+        "{:?}",
+        began.elapsed()
+    );
 }

@@ -246,8 +246,8 @@ impl LiveRender {
         progress.rays_per_second = self.film.counters().ray_count() as f64 / seconds.max(1e-6);
         progress.seconds_left = match self.is_done {
             true => Some(0.0),
-            false => (done > 0.0 && progress.max_error.is_none())
-                .then(|| seconds * (total - done).max(0.0) / done),
+            false if progress.max_error.is_some() => None,
+            false => estimate_seconds_left(seconds, [done, total]),
         };
     }
 
@@ -287,6 +287,12 @@ impl LiveRender {
     }
 }
 
+/// Estimates the seconds until all samples are rendered, which take as long as the samples `done`
+/// in `seconds`; `None` without a sample.
+fn estimate_seconds_left(seconds: f64, [done, total]: [f64; 2]) -> Option<f64> {
+    (done > 0.0).then(|| seconds * (total - done).max(0.0) / done)
+}
+
 /// Adds an error estimate to the history, or replaces the last entry if it has as many samples. A
 /// full history drops every second entry.
 fn record_error_estimate(
@@ -319,6 +325,22 @@ fn record_error_estimate(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Protects: the remaining time is in proportion to the remaining samples, and neither negative
+    /// nor known before the first sample.
+    #[test]
+    fn time_left_is_in_proportion() {
+        for (seconds, counts, left) in [
+            (2.0, [100.0, 400.0], Some(6.0)),
+            (3.0, [300.0, 400.0], Some(1.0)),
+            (5.0, [1.0, 1e6 + 1.0], Some(5e6)),
+            (2.0, [400.0, 400.0], Some(0.0)),
+            (2.0, [500.0, 400.0], Some(0.0)),
+            (0.0, [0.0, 400.0], None),
+        ] {
+            assert_eq!(estimate_seconds_left(seconds, counts), left, "{counts:?}");
+        }
+    }
 
     /// Protects: the pixels of the first preview are large enough for its target time, at any size
     /// and speed.

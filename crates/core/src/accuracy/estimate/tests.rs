@@ -112,3 +112,35 @@ fn pairs_share_their_noise() {
         [0.0; 2]
     );
 }
+
+/// Protects: files state roots, with the unit of the root mean squared error, and no squares.
+#[test]
+fn reports_have_roots() {
+    let interval = |value: f64| ConfidenceInterval {
+        value,
+        low: 0.25 * value,
+        high: 4.0 * value,
+    };
+    let errors = SettingErrors {
+        rmse: interval(0.5),
+        relmse: interval(0.04),
+        bias: Some(interval(0.01)),
+        light: interval(1.0),
+    };
+    let json = serde_json::to_value(errors).expect("JSON");
+    let near = |at: &str, expected: f64| {
+        let found = json.pointer(at).and_then(|number| number.as_f64());
+        let is_near = found.is_some_and(|found| (found / expected - 1.0).abs() < 1e-12);
+        assert!(is_near, "{at}: {found:?}, not {expected}");
+    };
+    for (name, value, root) in [
+        ("root_relmse", 0.2, 2.0),
+        ("bias", 0.1, 2.0),
+        ("rmse", 0.5, 4.0),
+    ] {
+        near(&format!("/{name}/value"), value);
+        near(&format!("/{name}/low"), value / root);
+        near(&format!("/{name}/high"), value * root);
+    }
+    assert_eq!(json.as_object().map(|object| object.len()), Some(4));
+}
