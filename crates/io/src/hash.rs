@@ -42,7 +42,7 @@ impl SceneHash {
 
 impl fmt::Display for SceneHash {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.digits.get_or_init(|| {
+        f.pad(self.digits.get_or_init(|| {
             let all = self.hasher.clone().chain_update(&self.buffer).finalize();
             all.iter().map(|byte| format!("{byte:02x}")).collect()
         }))

@@ -58,7 +58,7 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 
-    /// Number of threads [default: one for each processor]
+    /// Number of threads, at most one for each processor [default: one for each processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 

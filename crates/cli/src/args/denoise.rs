@@ -32,8 +32,8 @@ pub struct DenoiseArgs {
     #[command(flatten)]
     pub display: DisplayArgs,
 
-    /// Number of threads; the picture does not depend on the number [default: one for each
-    /// processor]
+    /// Number of threads, at most one for each processor; the picture does not depend on the number
+    /// [default: one for each processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 

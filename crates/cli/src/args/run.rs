@@ -13,8 +13,8 @@ use super::values;
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Machine")]
 pub struct MachineArgs {
-    /// Number of threads; the picture does not depend on the number [default: one for each
-    /// processor]
+    /// Number of threads, at most one for each processor; the picture does not depend on the number
+    /// [default: one for each processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 

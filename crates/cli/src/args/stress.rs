@@ -52,7 +52,7 @@ pub struct StressArgs {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::parse_duration)]
     pub budget: Duration,
 
-    /// Number of threads [default: one for each processor]
+    /// Number of threads, at most one for each processor [default: one for each processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 

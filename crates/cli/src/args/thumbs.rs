@@ -15,8 +15,8 @@ Examples:
   raywright thumbs models -o thumbnails
   raywright thumbs . -o .thumbnails --size 512")]
 pub struct ThumbsArgs {
-    /// Folder of the scenes and models, searched with all folders below; names that begin with a
-    /// dot are skipped
+    /// Folder of the scenes and models, searched with all folders below, each once; names that begin
+    /// with a dot are skipped
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use raywright_core::RenderOutput;
 use raywright_core::film::{Film, FilmMergeError};
-use raywright_io::output::{StoredFilm, read_film, write_film, write_film_without_overwriting};
+use raywright_io::output::{StoredFilm, read_film, write_film};
 use raywright_io::{Error, InputFiles, Limits};
 
 use super::render::film::refuse_other_version;
@@ -40,9 +40,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     // The picture is worth writing even if the film file cannot be written.
     let film_failure = args.checkpoint.as_ref().and_then(|path| {
         let error = write_film(path, &mut kept_film).err()?;
-        let copy = write::write_to_fallback(path, (&inputs, is_free), |path, is_free| {
-            write_film_without_overwriting(path, &mut kept_film, is_free)
-        });
+        let copy = write::write_film_to_fallback(path, &mut kept_film, (&inputs, is_free));
         Some(write::with_fallback_hint(error.into(), "film", copy))
     });
     let rendered = RenderOutput::from_film(&kept_film.film, &());

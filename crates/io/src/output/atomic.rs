@@ -1,17 +1,16 @@
 //! Atomic writing of files: the content is written to a temporary file in the same folder, which is
 //! then renamed.
 
-use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use same_file::Handle;
-use sha2::{Digest, Sha256};
 
 use super::output_path::{TEMPORARY, folder_of, resolve_links};
 use super::ownership::is_own_picture;
 use crate::error::Error;
+use crate::hash::SceneHash;
 
 /// Existing files that a write may replace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,32 +77,37 @@ pub(super) fn write_stream(
     persisted.map(|_| ()).map_err(|failure| failure.error)
 }
 
-/// Number of names for temporary files of a target, and so of programs that write the target at the
-/// same time. Further ones get random names.
-const MOST_WRITERS: usize = 8;
+/// Number of temporary files of killed programs that a write removes.
+const MOST_ABANDONED: u32 = 8;
 
-/// Returns the names for temporary files of a target. They are derived from the target's name, so
-/// that a later write of the target finds a file whose program was killed.
-fn temporary_paths(target: &Path) -> [PathBuf; MOST_WRITERS] {
-    let name = target.file_name().unwrap_or_default().as_encoded_bytes();
-    let hash = &Sha256::digest(name)[..8];
-    let hash: String = hash.iter().map(|byte| format!("{byte:02x}")).collect();
-    std::array::from_fn(|i| folder_of(target).join(format!("{TEMPORARY}{hash}-{i}.tmp")))
+/// Returns a path for a temporary file of a target. The name is derived from the target's name, so
+/// that a later write of the target finds the file of a killed program. Programs that write the
+/// target at the same time have different numbers.
+fn temporary_path(target: &Path, number: u32) -> PathBuf {
+    let mut hash = SceneHash::default();
+    hash.add_bytes(target.file_name().unwrap_or_default().as_encoded_bytes());
+    folder_of(target).join(format!("{TEMPORARY}{hash:.16}-{number}.tmp"))
 }
 
 /// Removes a temporary file that no program writes. The program that writes the file locks it, and
 /// the system removes the lock of a killed program.
 fn remove_abandoned_file(path: &Path) {
-    if path.symlink_metadata().is_ok_and(|metadata| metadata.is_file())
+    if path
+        .symlink_metadata()
+        .is_ok_and(|metadata| metadata.is_file())
         && let Ok(file) = fs::OpenOptions::new().write(true).open(path)
         && file.try_lock().is_ok()
-        && let Ok(locked) = Handle::from_file(file)
-        // The name may have passed to another file before the lock was set.
-        && Handle::from_path(path).is_ok_and(|named| named == locked)
+        && has_path(&file, path)
     {
-        // A file that cannot be removed takes another name, and does no harm.
+        // The number of a file that cannot be removed is not used.
         let _ = fs::remove_file(path);
     }
+}
+
+/// Whether a path leads to this file, and not to another that has taken its name.
+fn has_path(file: &fs::File, path: &Path) -> bool {
+    let own = file.try_clone().and_then(Handle::from_file);
+    own.is_ok_and(|own| Handle::from_path(path).is_ok_and(|named| named == own))
 }
 
 /// Creates a locked temporary file beside the target, and removes those of killed programs.
@@ -111,48 +115,36 @@ fn create_temporary_file(
     target: &Path,
     replaced: Option<&fs::Metadata>,
 ) -> io::Result<tempfile::NamedTempFile> {
-    let paths = temporary_paths(target);
-    paths.iter().for_each(|path| remove_abandoned_file(path));
-    let mut names = paths.iter().filter_map(|path| path.file_name());
+    (0..MOST_ABANDONED).for_each(|number| remove_abandoned_file(&temporary_path(target, number)));
+    let mut number = 0;
     loop {
-        let name = names.next();
-        let file = match create_file_beside(target, name, replaced) {
-            Err(cause) if name.is_some() && cause.kind() == io::ErrorKind::AlreadyExists => {
-                continue;
+        match create_file(&temporary_path(target, number), replaced) {
+            Ok(file) => {
+                // Without locks in the file system, no other program removes the file.
+                let _ = file.as_file().lock();
+                if has_path(file.as_file(), file.path()) {
+                    return Ok(file);
+                }
+                // Another program removed the file before it was locked. Its name may be in use.
+                file.into_temp_path().keep()?;
             }
-            created => created?,
-        };
-        // Without locks in the file system, no other program removes the file.
-        let _ = file.as_file().lock();
-        if is_linked(file.as_file())? {
-            return Ok(file);
+            Err(cause) if cause.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(cause) => return Err(cause),
         }
-        // Another program removed the file before it was locked, and may have created its own.
-        file.into_temp_path().keep()?;
+        number += 1;
     }
 }
 
-/// Whether a file still has a name.
-fn is_linked(file: &fs::File) -> io::Result<bool> {
-    #[cfg(unix)]
-    return Ok(std::os::unix::fs::MetadataExt::nlink(&file.metadata()?) > 0);
-    #[cfg(not(unix))]
-    Ok(file.metadata().is_ok())
-}
-
-/// Creates a temporary file beside the target, with a random name if `name` is `None`. A new file
-/// gets the user's default mode; a replacement gets the owner and mode of the replaced file before
-/// any byte is written.
-fn create_file_beside(
-    target: &Path,
-    name: Option<&OsStr>,
+/// Creates a temporary file. A new file gets the user's default mode; a replacement gets the owner
+/// and mode of the replaced file before any byte is written.
+fn create_file(
+    path: &Path,
     replaced: Option<&fs::Metadata>,
 ) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    match name {
-        Some(name) => builder.prefix(name).rand_bytes(0),
-        None => builder.prefix(TEMPORARY).suffix(".tmp"),
-    };
+    builder
+        .prefix(path.file_name().unwrap_or_default())
+        .rand_bytes(0);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -161,7 +153,7 @@ fn create_file_beside(
         let mode = if replaced.is_some() { 0o600 } else { 0o666 };
         builder.permissions(fs::Permissions::from_mode(mode));
     }
-    let file = builder.tempfile_in(folder_of(target))?;
+    let file = builder.tempfile_in(folder_of(path))?;
     #[cfg(unix)]
     if let Some(replaced) = replaced {
         copy_ownership(file.as_file(), replaced)?;
@@ -301,8 +293,8 @@ mod tests {
     fn files_of_killed_programs_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let (path, other) = (folder.path().join("a.bin"), folder.path().join("b.bin"));
-        let [abandoned, live, further, taken, ..] = temporary_paths(&path);
-        let [foreign, ..] = temporary_paths(&other);
+        let [abandoned, live, further, taken] = [0, 1, 2, 3].map(|i| temporary_path(&path, i));
+        let foreign = temporary_path(&other, 0);
         for file in [&abandoned, &live, &further, &foreign] {
             fs::write(file, "part").unwrap();
         }

@@ -4,7 +4,6 @@
 use std::path::Path;
 
 use raywright_core::RenderOutput;
-use raywright_core::film::Film;
 use raywright_core::picture::Picture;
 use raywright_io::output::{
     PictureFormat, PictureMetadata, StoredFilm, is_film, read_film, read_picture,
@@ -39,45 +38,10 @@ struct PictureInfo {
     seed: Option<u64>,
     settings: String,
     command: String,
-    /// Samples of a film.
+    /// Samples of a film: least and greatest number of a pixel, requested number (null where it is
+    /// unknown), number of tiles and of those that lack samples.
     #[serde(skip_serializing_if = "Option::is_none")]
-    film: Option<FilmProgress>,
-}
-
-/// Samples of a film: of the whole picture, or of its rendered parts.
-#[derive(Serialize)]
-struct FilmProgress {
-    /// Least and greatest number of samples of a pixel.
-    samples: [u32; 2],
-    /// Requested number of samples per pixel; null with a time budget or a target error.
-    of: Option<u32>,
-    /// Number of tiles, and of those that lack samples.
-    tiles: u32,
-    unfinished_tiles: usize,
-    /// Number of replicates, which parts of a picture divide among them as they do the tiles.
-    replicates: u32,
-}
-
-impl FilmProgress {
-    fn from_film(film: &Film) -> Self {
-        let whole = film.full_part();
-        Self {
-            samples: film.sample_range(&whole).into_inner().into(),
-            of: film.requested_samples(),
-            tiles: whole.tiles.end,
-            unfinished_tiles: film.unfinished_tiles(&whole),
-            replicates: whole.replicates.end,
-        }
-    }
-
-    fn format(&self) -> String {
-        let [least, greatest] = self.samples;
-        let of = self.of.map(|of| format!(" of {of}")).unwrap_or_default();
-        format!(
-            "{least} to {greatest}{of} a pixel; {} of {} tiles lack samples",
-            self.unfinished_tiles, self.tiles
-        )
-    }
+    film: Option<Value>,
 }
 
 /// Whether a file name has the extension of a picture format, or the file is a film.
@@ -108,8 +72,14 @@ impl PictureInfo {
         let noisy = film.estimate_uncertainty();
         let error = origin::format_error_metadata(noisy.as_ref(), &rendered, &film);
         let metadata = PictureMetadata { error, ..metadata };
+        let whole = film.full_part();
         Self {
-            film: Some(FilmProgress::from_film(&film)),
+            film: Some(json!({
+                "samples": film.sample_range(&whole).into_inner(),
+                "of": film.requested_samples(),
+                "tiles": whole.tiles.end,
+                "unfinished_tiles": film.unfinished_tiles(&whole),
+            })),
             ..Self::new(path, "Raywright film", &rendered.picture, metadata)
         }
     }
@@ -170,10 +140,7 @@ impl PictureInfo {
             ),
             (
                 "samples",
-                self.film
-                    .as_ref()
-                    .map(FilmProgress::format)
-                    .unwrap_or_default(),
+                self.film.as_ref().map(format_samples).unwrap_or_default(),
             ),
             ("layers", self.layers.join(", ")),
             ("software", self.software.clone()),
@@ -230,6 +197,19 @@ fn convert_error_to_json(metadata: &PictureMetadata) -> Option<Value> {
         "reconstruction": word("reconstruction"),
         "doubt": word("doubt"),
     }))
+}
+
+/// Formats the samples of a film for the table.
+fn format_samples(film: &Value) -> String {
+    let samples = &film["samples"];
+    let of = film["of"]
+        .as_u64()
+        .map(|of| format!(" of {of}"))
+        .unwrap_or_default();
+    format!(
+        "{} to {}{of} a pixel; {} of {} tiles lack samples",
+        samples[0], samples[1], film["unfinished_tiles"], film["tiles"]
+    )
 }
 
 /// Formats the error estimate of a picture file for the table.

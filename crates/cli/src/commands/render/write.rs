@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use raywright_core::RenderOutput;
 use raywright_core::display::Display;
 use raywright_core::picture::Picture;
-use raywright_io::output::{self, PictureFormat, PictureMetadata};
+use raywright_io::output::{self, PictureFormat, PictureMetadata, StoredFilm};
 use raywright_io::{Error, InputFiles};
 
 use crate::console;
@@ -68,6 +68,17 @@ pub fn write_to_fallback(
         .into_iter()
         .chain([std::env::temp_dir()])
         .find_map(|folder| write(&folder.join(name), &is_new).ok())
+}
+
+/// Writes a film as [`write_to_fallback`] does.
+pub fn write_film_to_fallback(
+    path: &Path,
+    film: &mut StoredFilm,
+    outputs: (&InputFiles, impl Fn(&Path) -> bool),
+) -> Option<PathBuf> {
+    write_to_fallback(path, outputs, |path, is_free| {
+        output::write_film_without_overwriting(path, film, is_free)
+    })
 }
 
 /// Adds the path of the fallback file, if any, as a hint to the failure of a write. `file`

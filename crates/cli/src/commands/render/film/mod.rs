@@ -11,13 +11,11 @@ use std::time::{Duration, Instant};
 use raywright_core::ReadyScene;
 use raywright_core::display::Display;
 use raywright_core::film::{Film, FilmPart};
-use raywright_io::output::{
-    PictureMetadata, StoredFilm, read_film, write_film, write_film_without_overwriting,
-};
+use raywright_io::output::{PictureMetadata, StoredFilm, read_film, write_film};
 use raywright_io::{Error, InputFiles};
 
 use super::live::LivePreviews;
-use super::write::{printable_path, with_fallback_hint, write_to_fallback};
+use super::write::{printable_path, with_fallback_hint, write_film_to_fallback};
 use crate::args::{PictureShare, ProgressStyle};
 use crate::clock::{StageClock, format_duration};
 use crate::console::{self, Verbosity};
@@ -232,14 +230,9 @@ impl<'a> FilmSession<'a> {
 
     /// Keeps the film in the folder of the input or in the temporary folder, if the file of the
     /// last checkpoint could not be written.
-    pub fn keep_unwritten_film(
-        &mut self,
-        (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
-    ) {
+    pub fn keep_unwritten_film(&mut self, outputs: (&InputFiles, impl Fn(&Path) -> bool)) {
         if let (Some(path), Some(_)) = (&self.task.checkpoint, &self.checkpoint_error) {
-            self.film_copy = write_to_fallback(path, (inputs, is_free), |path, is_free| {
-                write_film_without_overwriting(path, &mut self.kept_film, is_free)
-            });
+            self.film_copy = write_film_to_fallback(path, &mut self.kept_film, outputs);
         }
     }
 
