@@ -14,22 +14,31 @@ use raywright_bvh::{
 use super::families::ArrangementRng;
 
 impl ArrangementRng {
-    fn below(&mut self, limit: usize) -> usize {
+    /// Uniform below a limit.
+    pub fn below(&mut self, limit: usize) -> usize {
         (self.unit() * limit as f32) as usize
     }
     fn uniform(&mut self, minimum: f64, maximum: f64) -> f64 {
         minimum + (maximum - minimum) * f64::from(self.unit())
     }
-    fn in_cube(&mut self, half: f64) -> DVec3 {
+    /// Uniform in the cube [−half, half]³.
+    pub fn in_cube(&mut self, half: f64) -> DVec3 {
         self.point().as_dvec3() * half
     }
 }
 
-const SHAPES: usize = 13;
+/// Number of kinds of shape.
+pub const SHAPES: usize = 13;
 
-fn shape<R: Real>(rng: &mut ArrangementRng, kind: usize) -> AnyShape<R> {
+/// Whether shapes of a kind have no bounds.
+pub fn is_unbounded(kind: usize) -> bool {
+    [1, 6].contains(&kind)
+}
+
+/// A shape of about a unit, anywhere in the cube [−half, half]³.
+pub fn shape<R: Real>(rng: &mut ArrangementRng, kind: usize, half: f64) -> AnyShape<R> {
     let v = |p: DVec3| R::Vec3::from_f64(p);
-    let c = rng.in_cube(5.0);
+    let c = rng.in_cube(half);
     let axis = rng.in_cube(1.0) + DVec3::Y * 1e-3;
     let (a, b) = (rng.uniform(0.2, 1.5), rng.uniform(0.05, 0.19));
     match kind {
@@ -53,7 +62,7 @@ fn shape<R: Real>(rng: &mut ArrangementRng, kind: usize) -> AnyShape<R> {
 }
 
 /// A random rotation, shear and reflection, sometimes strongly flattened.
-fn map(rng: &mut ArrangementRng) -> DAffine3 {
+pub fn map(rng: &mut ArrangementRng) -> DAffine3 {
     let turn = DMat3::from_axis_angle(
         (rng.in_cube(1.0) + DVec3::Y * 1e-3).normalize(),
         rng.uniform(0.0, 6.0),
@@ -96,7 +105,7 @@ fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
     let mut mesh = PrimitiveSet::<R>::default();
     for i in 0..30 {
         // Objects of one and of two triangles in turn.
-        let mut corners = || match shape::<R>(rng, SHAPES - 1) {
+        let mut corners = || match shape::<R>(rng, SHAPES - 1, 5.0) {
             AnyShape::Triangle(triangle) => triangle.vertices,
             _ => unreachable!("the last shape is a triangle"),
         };
@@ -110,12 +119,12 @@ fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
         // Only a few unbounded shapes, so that the others are hit too.
         let unbounded = i % 50 == 0;
         let (all, own_visibility) = (rng.below(SHAPES), visibility(rng));
-        let index = if [1, 6].contains(&all) && !unbounded {
+        let index = if is_unbounded(all) && !unbounded {
             0
         } else {
             all
         };
-        let shape = shape::<R>(rng, index);
+        let shape = shape::<R>(rng, index, 5.0);
         match rng.below(5) {
             0 => group.add_transformed_shape(shape, map(rng), own_visibility),
             1 => group.add_instance(mesh, map(rng), own_visibility),
@@ -130,7 +139,7 @@ fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
 }
 
 /// All hits that an any-hit query passes to its filter, sorted.
-fn offered<R: Real>(
+pub fn offered<R: Real>(
     geometry: &Geometry<R>,
     ray: &Ray<R>,
     range: Interval<R>,

@@ -3,6 +3,7 @@
 
 mod agreement;
 mod families;
+mod many;
 mod rooms;
 mod silhouettes;
 mod terrains;

@@ -1,6 +1,6 @@
 //! Packets of rays find what each ray finds alone, bit for bit.
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere};
 use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, Kernel, Occlusion, PacketBackoff, PrimitiveSet, Ray,
@@ -12,6 +12,9 @@ use super::{bits, group};
 
 /// Packet sizes: fewer than are traced together, one less than a vector, and more than a packet.
 const COUNTS: [usize; 6] = [1, 4, 7, 16, 17, 40];
+
+/// Times of packets: the ends of a motion, and two between.
+const TIMES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// Directions around a given direction: as close as samples of a pixel, as close as pixels, far
 /// apart, to all sides, and all equal.
@@ -48,7 +51,7 @@ fn agree(
             let requested = RayPacket {
                 origin: first.origin,
                 directions: &directions,
-                time: 0.0,
+                time: TIMES[i % TIMES.len()],
                 culls: i % 2 == 0,
                 range,
             };
@@ -57,7 +60,7 @@ fn agree(
             for (&direction, hit) in directions.iter().zip(&hits) {
                 let ray = Ray {
                     is_camera_ray: requested.culls,
-                    ..Ray::new(first.origin, direction)
+                    ..Ray::new(first.origin, direction).with_time(requested.time)
                 };
                 let alone = scan.unwrap_or(geometry).closest(&ray, range, &mut ());
                 assert_eq!(
@@ -92,7 +95,8 @@ fn together_is_as_alone() {
     assert!(all[0] > 10_000 && all[1] > all[0], "{all:?}");
 }
 
-/// An infinite plane, an infinite cylinder, spheres, disks, and a mesh instanced under two maps.
+/// An infinite plane, an infinite cylinder, spheres, disks, and a mesh instanced under two maps and
+/// along two motions.
 fn mixed<R: Real>(kind: AcceleratorKind, mesh: &TriangleSoup) -> Geometry<R> {
     let v = |p: Vec3| R::Vec3::from_f64(p.as_dvec3());
     let mut part = PrimitiveSet::<R>::default();
@@ -110,6 +114,13 @@ fn mixed<R: Real>(kind: AcceleratorKind, mesh: &TriangleSoup) -> Geometry<R> {
     for shift in [DVec3::ZERO, DVec3::new(0.3, -0.1, 0.2)] {
         group
             .add_instance(part, DAffine3::from_translation(shift), ask)
+            .unwrap();
+        let end = DAffine3 {
+            matrix3: DMat3::from_diagonal(DVec3::new(0.8, 1.2, 1.0)),
+            translation: DVec3::new(0.7, 0.3, -0.5) - shift,
+        };
+        group
+            .add_moving_instance(part, [DAffine3::from_translation(shift), end], ask)
             .unwrap();
     }
     group
@@ -146,8 +157,8 @@ fn mixed<R: Real>(kind: AcceleratorKind, mesh: &TriangleSoup) -> Geometry<R> {
     Geometry::new(group, kind)
 }
 
-/// Protects: packets at planes, spheres, other shapes and instances, and in a precision without a
-/// wide tree.
+/// Protects: packets at planes, spheres, other shapes and instances, still and moving, at any time,
+/// and in a precision without a wide tree.
 #[test]
 fn packets_at_shapes_and_instances() {
     let (_, mesh) = families().swap_remove(2);
@@ -166,14 +177,16 @@ fn packets_at_shapes_and_instances() {
     let requested = RayPacket {
         origin: DVec3::new(0.1, 0.2, 0.05),
         directions: &directions,
-        time: 0.0,
+        time: 0.75,
         culls: false,
         range: Interval::positive(),
     };
     let mut hits = vec![None; 3];
     exact.closest_of_packet(&requested, &mut PacketBackoff::default(), &mut hits);
-    let alone =
-        |&d: &DVec3| exact.closest(&Ray::new(requested.origin, d), requested.range, &mut ());
+    let alone = |&d: &DVec3| {
+        let ray = Ray::new(requested.origin, d).with_time(requested.time);
+        exact.closest(&ray, requested.range, &mut ())
+    };
     assert_eq!(hits, directions.iter().map(alone).collect::<Vec<_>>());
     assert!(hits.iter().flatten().count() > 1);
 }
