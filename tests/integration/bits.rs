@@ -110,8 +110,8 @@ fn same(label: &str, a: &Picture, b: &Picture) {
     }
 }
 
-/// First difference of two pictures in a bit, of colour or layers.
-fn difference(a: &Picture, b: &Picture) -> Option<String> {
+/// First difference of two pictures in a bit, of colour, coverage, shadow or layers.
+pub fn difference(a: &Picture, b: &Picture) -> Option<String> {
     let channels = |p: &Picture| {
         let layers = p
             .layers
@@ -123,8 +123,14 @@ fn difference(a: &Picture, b: &Picture) -> Option<String> {
                 p.rgb.iter().map(|pixel| pixel[k]).collect::<Vec<f32>>(),
             )
         });
-        colour.chain(layers).collect::<Vec<_>>()
+        let coverage = [("A", &p.alpha), ("shadow", &p.shadow)]
+            .into_iter()
+            .filter_map(|(name, samples)| Some((name.to_owned(), samples.clone()?)));
+        colour.chain(coverage).chain(layers).collect::<Vec<_>>()
     };
+    if a.alpha.is_some() != b.alpha.is_some() || a.shadow.is_some() != b.shadow.is_some() {
+        return Some("coverage or shadow in one alone".to_owned());
+    }
     if (a.width, a.height, a.layers.len()) != (b.width, b.height, b.layers.len()) {
         return Some("not the same shape".to_owned());
     }
@@ -146,7 +152,7 @@ fn difference(a: &Picture, b: &Picture) -> Option<String> {
 }
 
 /// Crops a picture.
-fn part(whole: &Picture, crop: Crop) -> Picture {
+pub fn part(whole: &Picture, crop: Crop) -> Picture {
     let rows = (crop.y..crop.y + crop.height)
         .flat_map(|y| (crop.x..crop.x + crop.width).map(move |x| (x, y)));
     let places: Vec<usize> = rows.map(|(x, y)| (y * whole.width + x) as usize).collect();
@@ -156,6 +162,9 @@ fn part(whole: &Picture, crop: Crop) -> Picture {
         ..whole.clone()
     };
     cut.rgb = places.iter().map(|&i| whole.rgb[i]).collect();
+    for samples in [&mut cut.alpha, &mut cut.shadow].into_iter().flatten() {
+        *samples = places.iter().map(|&i| samples[i]).collect();
+    }
     for layer in &mut cut.layers {
         layer.samples = places.iter().map(|&i| layer.samples[i]).collect();
     }

@@ -21,6 +21,7 @@ mod links;
 mod many;
 mod memory;
 mod models;
+mod pairs;
 mod reference;
 mod reports;
 mod room;

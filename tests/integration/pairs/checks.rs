@@ -1,0 +1,564 @@
+//! The table of checks: what must be equal for every scene of the net.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use rayon::ThreadPool;
+use raywright::bvh::{AcceleratorKind, BuildQuality};
+use raywright::core::display::Display;
+use raywright::core::effects::{Effect, EffectSet};
+use raywright::core::film::Film;
+use raywright::core::generate::expand_generators;
+use raywright::core::picture::Picture;
+use raywright::core::scene::{Integrator, Shape, TransformStep};
+use raywright::core::settings::{Aov, Background, Crop, PrecisionChoice, Sampling};
+use raywright::core::{Observer, ReadyScene, Scene, Settings, affine_from_steps, prepare};
+use raywright::io::Limits;
+use raywright::io::output::{
+    PictureMetadata, StoredFilm, read_film, read_picture, write_film, write_picture,
+};
+use serde_json::Value;
+
+use super::axes::{AXES, even_colour};
+use super::cover::Choice;
+use super::sketch::{COLOUR, Colouring, Sketch};
+use crate::bits::{difference, part};
+use crate::support::Sandbox;
+
+/// What a check finds: nothing, or a difference.
+pub type Finding = Option<String>;
+
+/// A check: its name and its test of a case.
+pub type Check = (&'static str, fn(&Case<'_>) -> Finding);
+
+/// The checks. Each compares with the picture of one thread.
+pub const CHECKS: &[Check] = &[
+    ("the scan", |case| {
+        case.differs(|s| s.accelerator = AcceleratorKind::Linear)
+    }),
+    ("build qualities", |case| {
+        let qualities = BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree);
+        qualities
+            .into_iter()
+            .find_map(|kind| case.differs(|s| s.accelerator = kind))
+    }),
+    ("seven threads", |case| {
+        let tile_size = if case.is_adaptive() {
+            case.settings.tile_size
+        } else {
+            2
+        };
+        let settings = Settings {
+            tile_size,
+            ..case.settings.clone()
+        };
+        let output = case.seven.install(|| case.ready_for(&settings).render(&()));
+        difference(&case.whole, &output.picture)
+    }),
+    ("a second render", |case| {
+        let ready = case.ready(|_| ());
+        let pair = case
+            .seven
+            .install(|| rayon::join(|| ready.render(&()), || ready.render(&())));
+        difference(&case.whole, &pair.0.picture)
+            .or_else(|| difference(&case.whole, &pair.1.picture))
+    }),
+    ("a crop", |case| {
+        let crop = Crop {
+            x: 3,
+            y: 2,
+            width: 7,
+            height: 5,
+        };
+        let cropped = case.picture(|s| s.crop = Some(crop));
+        let mut inside = part(&case.whole, crop);
+        inside.window = cropped.window;
+        if case.is_adaptive() {
+            return None;
+        }
+        difference(&without_errors(inside), &without_errors(cropped))
+    }),
+    ("merged parts", |case| {
+        if case.is_adaptive() {
+            return None;
+        }
+        let ready = case.ready(|_| ());
+        let share = |index| {
+            let mut film = ready.new_film("pairs");
+            let part = film.full_part().split_into_nth_subset(index, 3);
+            ready
+                .render_part(&mut film, &part, &())
+                .map_err(|e| e.to_string())?;
+            Ok(case.stored(film))
+        };
+        let parts: Result<Vec<Film>, String> = [2, 0, 1].into_iter().map(share).collect();
+        let merged = parts.and_then(|parts| Film::merge(&parts).map_err(|e| e.to_string()));
+        merged.map_or_else(Some, |film| difference(&case.whole, &film.picture()))
+    }),
+    ("a stopped render", |case| {
+        let ready = case.ready(|_| ());
+        let mut film = ready.new_film("pairs");
+        let whole = film.full_part();
+        for units in [3, 2, u32::MAX] {
+            let earlier = case.stored(film);
+            film = ready.new_film("pairs");
+            if let Err(error) = film.continue_from(earlier) {
+                return Some(error.to_string());
+            }
+            let stop = StopAfter(AtomicU32::new(units));
+            if let Err(error) = case
+                .one
+                .install(|| ready.render_part(&mut film, &whole, &stop))
+            {
+                return Some(error.to_string());
+            }
+        }
+        difference(&case.whole, &film.picture())
+    }),
+    ("more samples", |case| {
+        let Sampling::General(all @ 9..) = case.settings.sampling else {
+            return None;
+        };
+        if case.is_adaptive() {
+            return None;
+        }
+        let fewer = case.ready(|s| (s.sampling, s.replicates) = (Sampling::General(8), Some(2)));
+        let ready = case.ready(|s| (s.sampling, s.replicates) = (Sampling::General(all), Some(2)));
+        let mut earlier = fewer.new_film("pairs");
+        let (whole, mut film) = (earlier.full_part(), ready.new_film("pairs"));
+        let continued = fewer
+            .render_part(&mut earlier, &whole, &())
+            .and_then(|()| film.continue_from(case.stored(earlier)))
+            .and_then(|()| ready.render_part(&mut film, &whole, &()));
+        match continued {
+            Ok(()) => difference(&ready.render(&()).picture, &film.picture()),
+            Err(error) => Some(error.to_string()),
+        }
+    }),
+    ("no layers, and each alone", |case| {
+        if case.is_adaptive() {
+            return None;
+        }
+        let bare = case.picture(|s| s.aovs = Vec::new());
+        let alone = case
+            .settings
+            .aovs
+            .iter()
+            .map(|&aov| case.picture(|s| s.aovs = vec![aov]));
+        std::iter::once(bare).chain(alone).find_map(|found| {
+            let mut expected = case.whole.clone();
+            expected
+                .layers
+                .retain(|layer| found.layer(&layer.name).is_some());
+            difference(&without_errors(expected), &without_errors(found))
+        })
+    }),
+    ("a camera that is replaced", |case| {
+        let other: Scene = Case::altered(&case.scene, |scene| {
+            scene["cameras"][0]["pose"] = serde_json::json!({ "orbit": { "target": [0, 0, 0], "distance": 3, "azimuth": 70, "elevation": 10 } });
+            scene["cameras"][0]["pose_end"] = Value::Null;
+        });
+        let mut ready = case.ready(|s| s.camera = other.cameras.first().cloned());
+        let camera = case.settings.camera.clone()?;
+        if !ready.replace_camera(&case.scene, &camera) {
+            return None;
+        }
+        difference(&case.whole, &case.one.install(|| ready.render(&())).picture)
+    }),
+    ("previews", |case| {
+        let samples = case.settings.sampling.samples_per_pixel();
+        if case.is_adaptive()
+            || case.settings.denoise
+            || case.settings.replicates.is_some()
+            || case.settings.sampling == CORNERS
+        {
+            return None;
+        }
+        let ready = case.ready(|_| ());
+        let preview = ready
+            .render_preview(1, samples, &case.settings.aovs, &())
+            .picture;
+        let staged = case
+            .one
+            .install(|| ready.render_progressively(&(), |_| ()))
+            .picture;
+        difference(&case.whole, &preview).or_else(|| difference(&case.whole, &staged))
+    }),
+    ("a picture file", |case| {
+        let (folder, path) = (Sandbox::new(), "picture.exr");
+        let written = write_picture(
+            &folder.path(path),
+            &case.whole,
+            Display::from_render(&case.scene.render),
+            &PictureMetadata::default(),
+        );
+        if let Err(error) = written {
+            return Some(error.to_string());
+        }
+        match read_picture(&folder.path(path), &Limits::default()) {
+            Ok(stored) => {
+                // The file keeps the shadow of a ground as coverage.
+                let expected = Picture {
+                    shadow: None,
+                    ..case.whole.clone()
+                };
+                difference(&expected, &in_order_of(&expected, stored.picture))
+            }
+            Err(error) => Some(error.to_string()),
+        }
+    }),
+    ("a denoised picture by seven threads", |case| {
+        let ready = case.ready(|_| ());
+        let [one, seven] = [case.one, case.seven].map(|pool| pool.install(|| ready.render(&())));
+        difference(one.final_picture(), seven.final_picture())
+    }),
+    ("lost samples", |case| {
+        let counters = case.ready(|_| ()).render(&()).counters;
+        counters
+            .sample_losses()
+            .next()
+            .is_some()
+            .then(|| format!("{counters:?}"))
+    }),
+    ("the other precision", |case| {
+        let other = match case.settings.precision {
+            PrecisionChoice::Robust => PrecisionChoice::Reference,
+            PrecisionChoice::Reference => PrecisionChoice::Robust,
+        };
+        apart(&case.whole, &case.picture(|s| s.precision = other), 0.15)
+    }),
+    ("a motion that is held", |case| {
+        let camera = case.settings.camera.clone()?;
+        let [open, close] = camera.shutter?;
+        let middle = 0.5 * (open + close);
+        let held =
+            case.picture(|s| s.camera = Some(with_shutter(&camera, Some([middle, middle + 1e-9]))));
+        let still = case.still_at(middle);
+        let off = case
+            .settings
+            .without
+            .or(EffectSet::from_effects(&[Effect::Motion]));
+        let opened = case.picture(|s| s.without = off);
+        let random =
+            !case.settings.sampling.is_fixed() && !case.settings.without.has(Effect::Motion);
+        apart(&case.still_at(open), &opened, 0.1)
+            .map(|found| format!("without motion: {found}"))
+            .or_else(|| random.then(|| apart(&still, &held, 0.1)).flatten())
+    }),
+    ("clay", |case| {
+        if !case.sketch().options.clay {
+            return None;
+        }
+        let other = Colouring::Input(serde_json::json!([0.1, 0.9, 0.2]));
+        difference(&case.with_colouring(other), &case.whole)
+    }),
+    ("forms of a colour", |case| {
+        let form = case.sketch().colouring;
+        let even = even_colour(&form, COLOUR);
+        if even == form || case.is_adaptive() {
+            return None;
+        }
+        apart(
+            &case.with_colouring(Colouring::Input(COLOUR.to_vec().into())),
+            &case.with_colouring(even),
+            0.1,
+        )
+    }),
+    ("copies of a mesh", |case| {
+        let mut scene = case.scene.clone();
+        (scene.objects, scene.generators) = (expand_generators(&scene), Vec::new());
+        let meshes = scene.meshes.clone();
+        for (i, object) in scene.objects.iter_mut().enumerate() {
+            if let Shape::Mesh(name) = &mut object.shape {
+                let mut copy = meshes.iter().find(|mesh| mesh.name == *name)?.clone();
+                copy.name = format!("{name} {i}");
+                name.clone_from(&copy.name);
+                scene.meshes.push(copy);
+            }
+        }
+        let copies = case.one.install(|| Case::render(&scene, &case.settings));
+        apart(&case.whole, &copies, 0.1)
+    }),
+    ("first hits by either integrator", |case| {
+        let kept = [
+            Aov::Albedo,
+            Aov::Normal,
+            Aov::Position,
+            Aov::Depth,
+            Aov::Object,
+            Aov::Material,
+        ];
+        // Blended surfaces are passed by chance or in part.
+        let is_blended = serde_json::to_string(&case.scene.materials)
+            .expect("plain data")
+            .contains("blend\"");
+        if case.is_adaptive() || is_blended {
+            return None;
+        }
+        let [mut paths, mut rays] = [Integrator::Path, Integrator::Whitted].map(|integrator| {
+            case.picture(|s| {
+                (s.integrator, s.aovs, s.denoise) = (integrator, kept.to_vec(), false);
+            })
+        });
+        paths.rgb.fill([0.0; 3]);
+        rays.rgb.fill([0.0; 3]);
+        // Whitted's rules show no ground.
+        if case.has_ground() {
+            (paths.alpha, rays.alpha) = (None, None);
+        }
+        apart(&paths, &rays, 0.1)
+    }),
+    ("covered pixels", |case| {
+        if case.is_adaptive() || case.has_ground() {
+            return None;
+        }
+        let [sky, clear] = [Background::Environment, Background::Transparent]
+            .map(|background| case.picture(|s| (s.background, s.aovs) = (background, Vec::new())));
+        let alpha = clear.alpha.as_ref()?;
+        let covered = (0..alpha.len()).filter(|&i| alpha[i] == 1.0);
+        let other = covered.filter(|&i| sky.rgb[i] != clear.rgb[i]).count();
+        (other > 0).then(|| format!("{other} covered pixels depend on the background"))
+    }),
+];
+
+const CORNERS: Sampling = Sampling::Pattern(raywright::core::scene::SamplePattern::Corners);
+
+/// A scene of the net, its picture by one thread, and pools.
+pub struct Case<'a> {
+    choice: &'a Choice,
+    scene: Scene,
+    settings: Settings,
+    whole: Picture,
+    one: &'a ThreadPool,
+    seven: &'a ThreadPool,
+}
+
+impl<'a> Case<'a> {
+    /// Loads and renders a scene.
+    pub fn new(choice: &'a Choice, [one, seven]: [&'a ThreadPool; 2]) -> Result<Self, String> {
+        let (scene, settings) = sketch(choice).finish()?;
+        let whole = one.install(|| Self::render(&scene, &settings));
+        Ok(Self {
+            choice,
+            scene,
+            settings,
+            whole,
+            one,
+            seven,
+        })
+    }
+
+    fn render(scene: &Scene, settings: &Settings) -> Picture {
+        let ready = prepare(scene, settings, &()).unwrap_or_else(|e| panic!("{e}"));
+        ready.render(&()).picture
+    }
+
+    fn sketch(&self) -> Sketch {
+        sketch(self.choice)
+    }
+
+    fn ready_for(&self, settings: &Settings) -> ReadyScene {
+        prepare(&self.scene, settings, &()).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    fn ready(&self, change: impl FnOnce(&mut Settings)) -> ReadyScene {
+        let mut settings = self.settings.clone();
+        change(&mut settings);
+        self.one.install(|| self.ready_for(&settings))
+    }
+
+    /// The picture with other settings.
+    fn picture(&self, change: impl FnOnce(&mut Settings)) -> Picture {
+        let mut settings = self.settings.clone();
+        change(&mut settings);
+        self.one.install(|| Self::render(&self.scene, &settings))
+    }
+
+    fn differs(&self, change: impl FnOnce(&mut Settings)) -> Finding {
+        difference(&self.whole, &self.picture(change))
+    }
+
+    fn is_adaptive(&self) -> bool {
+        self.settings.max_error.is_some()
+    }
+
+    fn has_ground(&self) -> bool {
+        self.whole.shadow.is_some()
+            || matches!(self.scene.sky, Some(raywright::core::scene::Sky::Studio(_)))
+    }
+
+    /// A film as it is read from its file.
+    fn stored(&self, film: Film) -> Film {
+        let (folder, metadata) = (Sandbox::new(), PictureMetadata::default());
+        let display = Display::from_render(&self.scene.render);
+        let path = folder.path("film");
+        write_film(
+            &path,
+            &mut StoredFilm {
+                film,
+                metadata,
+                display,
+            },
+        )
+        .unwrap_or_else(|e| panic!("{e}"));
+        read_film(&path, &Limits::default())
+            .unwrap_or_else(|e| panic!("{e}"))
+            .film
+    }
+
+    /// The scene with changes of its JSON; images and meshes keep their data.
+    fn altered(scene: &Scene, change: impl FnOnce(&mut Value)) -> Scene {
+        let mut value = serde_json::to_value(&scene.cameras).expect("plain data");
+        let mut all = serde_json::json!({ "cameras": value.take() });
+        change(&mut all);
+        Scene {
+            cameras: serde_json::from_value(all["cameras"].take()).expect("cameras"),
+            ..scene.clone()
+        }
+    }
+
+    /// The picture of the scene as it stands at a time, without motion.
+    fn still_at(&self, time: f64) -> Picture {
+        let mut scene = self.scene.clone();
+        let generated = scene.generators.iter_mut().map(|own| &mut own.object);
+        for object in scene.objects.iter_mut().chain(generated) {
+            if let Some(end) = object.transform_end.take() {
+                let ends = [
+                    affine_from_steps(&object.transform),
+                    affine_from_steps(&end),
+                ];
+                let [a, b] = ends.map(|map| map.to_cols_array());
+                let m: Vec<f64> = (0..12).map(|i| a[i] + (b[i] - a[i]) * time).collect();
+                let rows = [0, 1, 2].map(|i| [m[i], m[i + 3], m[i + 6], m[i + 9]]);
+                object.transform = vec![TransformStep::Matrix(rows)];
+            }
+        }
+        let scene = Self::altered(&scene, |value| {
+            let end = value["cameras"][0]["pose_end"].take();
+            if !end.is_null() {
+                value["cameras"][0]["pose"] = between(&value["cameras"][0]["pose"], &end, time);
+            }
+            value["cameras"][0]["shutter"] = Value::Null;
+        });
+        let settings = Settings {
+            camera: scene.cameras.first().cloned(),
+            ..self.settings.clone()
+        };
+        self.one.install(|| Self::render(&scene, &settings))
+    }
+
+    /// The picture with another form of the body's colour.
+    fn with_colouring(&self, colouring: Colouring) -> Picture {
+        let mut sketch = self.sketch();
+        sketch.colouring = colouring;
+        let (scene, settings) = sketch.finish().unwrap_or_else(|e| panic!("{e}"));
+        self.one.install(|| Self::render(&scene, &settings))
+    }
+}
+
+/// The sketch of a choice.
+pub fn sketch(choice: &Choice) -> Sketch {
+    let mut sketch = Sketch::new();
+    for (&value, axis) in choice.iter().zip(AXES) {
+        axis.1[value].1(&mut sketch);
+    }
+    sketch
+}
+
+fn with_shutter(
+    camera: &raywright::core::scene::Camera,
+    shutter: Option<[f64; 2]>,
+) -> raywright::core::scene::Camera {
+    raywright::core::scene::Camera {
+        shutter,
+        ..camera.clone()
+    }
+}
+
+/// Two poses of one kind, number by number at a time between them.
+fn between(a: &Value, b: &Value, time: f64) -> Value {
+    match (a, b) {
+        (Value::Number(p), Value::Number(q)) => {
+            let [p, q] = [p, q].map(|number| number.as_f64().expect("a number"));
+            (p + (q - p) * time).into()
+        }
+        (Value::Array(p), Value::Array(q)) => {
+            p.iter().zip(q).map(|(p, q)| between(p, q, time)).collect()
+        }
+        (Value::Object(p), Value::Object(q)) => Value::Object(
+            p.iter()
+                .map(|(key, p)| (key.clone(), between(p, &q[key], time)))
+                .collect(),
+        ),
+        _ => a.clone(),
+    }
+}
+
+/// A picture with its layers in the order of another's.
+fn in_order_of(other: &Picture, mut picture: Picture) -> Picture {
+    let place = |name: &str| other.layers.iter().position(|layer| layer.name == name);
+    picture.layers.sort_by_key(|layer| place(&layer.name));
+    picture
+}
+
+/// Finding if more than a share of the pixels differ by a thousandth or more: where paths are the
+/// same but for rounding, few take another turn. Estimates of errors are left out.
+fn apart(a: &Picture, b: &Picture, share: f64) -> Finding {
+    if a.rgb.len() != b.rgb.len() || a.layers.len() != b.layers.len() {
+        return Some("other sizes or layers".to_owned());
+    }
+    let close = |p: f32, q: f32| (p - q).abs() <= 1e-3 * (p.abs() + q.abs()) + 1e-3;
+    let layers: Vec<_> = (a.layers.iter())
+        .filter(|layer| !layer.name.starts_with("stderr"))
+        .map(|layer| (layer, b.layer(&layer.name)))
+        .collect();
+    let alpha = |picture: &Picture, i: usize| picture.alpha.as_ref().map_or(1.0, |alpha| alpha[i]);
+    let first = |i: usize| {
+        let colour = (0..3).find(|&c| !close(a.rgb[i][c], b.rgb[i][c]));
+        colour
+            .map(|c| ("colour", a.rgb[i][c], b.rgb[i][c]))
+            .or_else(|| {
+                (!close(alpha(a, i), alpha(b, i))).then(|| ("alpha", alpha(a, i), alpha(b, i)))
+            })
+            .or_else(|| {
+                layers.iter().find_map(|(p, q)| {
+                    let (p, name, q) = (p.samples[i], p.name.as_str(), (*q)?.samples[i]);
+                    (!close(p, q)).then_some((name, p, q))
+                })
+            })
+            .map(|found| (i, found))
+    };
+    let found: Vec<_> = (0..a.rgb.len()).filter_map(first).collect();
+    let is_far = found.len() as f64 > share * a.rgb.len() as f64;
+    is_far.then(|| {
+        format!(
+            "{} of {} pixels differ, first {:?}",
+            found.len(),
+            a.rgb.len(),
+            found[0]
+        )
+    })
+}
+
+/// A picture without the estimates of its errors, which depend on neighbours and other layers.
+fn without_errors(mut picture: Picture) -> Picture {
+    picture
+        .layers
+        .retain(|layer| !layer.name.starts_with("stderr"));
+    picture
+}
+
+/// Stops after so many units of work.
+struct StopAfter(AtomicU32);
+
+impl Observer for StopAfter {
+    fn progress(&self, _: u64, _: u64) {
+        let _ = self
+            .0
+            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| {
+                left.checked_sub(1)
+            });
+    }
+    fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed) == 0
+    }
+}
