@@ -173,10 +173,8 @@ impl<R: Real> Geometry<R> {
                 let corners = part.triangle_corners_in_slot(time, [inner, inner])?;
                 Some(corners.map(|corner| transform.to_world.transform_point3(corner)))
             }
-            PrimitiveKind::Sphere
-            | PrimitiveKind::Plane
-            | PrimitiveKind::Shape
-            | PrimitiveKind::TransformedShape => None,
+            PrimitiveKind::TransformedShape => group.transformed_shapes[index].triangle_corners(),
+            PrimitiveKind::Sphere | PrimitiveKind::Plane | PrimitiveKind::Shape => None,
         }
     }
 

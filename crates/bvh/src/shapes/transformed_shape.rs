@@ -33,6 +33,15 @@ impl<R: Real> TransformedShape<R> {
         })
     }
 
+    /// Returns the corners of a triangle in the world; `None` for other shapes.
+    pub(crate) fn triangle_corners(&self) -> Option<[DVec3; 3]> {
+        let AnyShape::Triangle(triangle) = &self.shape else {
+            return None;
+        };
+        let to_world = |corner: R::Vec3| self.transform.to_world.transform_point3(corner.to_f64());
+        Some(triangle.vertices.map(to_world))
+    }
+
     /// Support function of the mapped shape in world space.
     pub fn support_function(&self, direction: DVec3) -> Option<f64> {
         let DAffine3 {

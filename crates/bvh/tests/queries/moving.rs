@@ -1,7 +1,7 @@
 //! Moving instances: at any time they are hit like still instances under the same map.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use raywright_bvh::shapes::{Disk, Sphere};
+use raywright_bvh::shapes::{Disk, Sphere, Triangle};
 use raywright_bvh::{
     AcceleratorKind, Geometry, GeometryError, Hit, Interval, PrimitiveSet, Ray, Real, Vector,
     Visibility,
@@ -325,4 +325,73 @@ fn only_motion_takes_bytes() {
         more(&|group, part| group.add_moving_instance(part, along_x(1.0), ASKED)),
         still + 2 * 12 * 8
     );
+}
+
+/// Protects: the corners of a hit triangle are those in the world at the ray's time: of a triangle
+/// alone, under a map, in an instance and in a moving one, as a shape and as a mesh.
+#[test]
+fn corners_of_triangles_are_where_the_ray_hits_them() {
+    let corners = [
+        DVec3::ZERO,
+        DVec3::new(2.0, 0.25, 0.0),
+        DVec3::new(0.5, 1.5, 0.5),
+    ];
+    let stored = corners.map(|corner| corner.as_vec3());
+    let shape = Triangle { vertices: stored }.into();
+    let turn = DAffine3 {
+        matrix3: DMat3::from_cols(DVec3::Y, DVec3::NEG_X, DVec3::Z * 2.0),
+        translation: DVec3::new(0.5, -1.0, 0.25),
+    };
+    let ends = [turn, DAffine3::from_translation(DVec3::X * 4.0) * turn];
+    let middle = DAffine3::from_translation(DVec3::X * 2.0) * turn;
+    for (kind, is_mapped) in kinds()
+        .chain([AcceleratorKind::Linear])
+        .zip([false, true].into_iter().cycle())
+    {
+        let part = |group: &mut PrimitiveSet<f32>| {
+            let mut inner = PrimitiveSet::default();
+            match is_mapped {
+                true => inner.add_transformed_shape(shape, halved(), ASKED).unwrap(),
+                false => inner.add_mesh([stored], ASKED).unwrap(),
+            };
+            group.add_part(Geometry::new(inner, kind)).unwrap()
+        };
+        let own = if is_mapped {
+            halved()
+        } else {
+            DAffine3::IDENTITY
+        };
+        for (number, map) in [DAffine3::IDENTITY, turn, turn * own, middle * own]
+            .into_iter()
+            .enumerate()
+        {
+            let mut group = PrimitiveSet::default();
+            match number {
+                0 => group.add_shape(shape, ASKED).unwrap(),
+                1 => group.add_transformed_shape(shape, turn, ASKED).unwrap(),
+                2 => {
+                    let part = part(&mut group);
+                    group.add_instance(part, turn, ASKED).unwrap()
+                }
+                _ => {
+                    let part = part(&mut group);
+                    group.add_moving_instance(part, ends, ASKED).unwrap()
+                }
+            };
+            let geometry = Geometry::new(group, kind);
+            let there = corners.map(|corner| map.transform_point3(corner));
+            let target = (there[0] + there[1] + there[2]) / 3.0;
+            let origin = target + DVec3::new(0.1, 0.2, 5.0);
+            let ray =
+                Ray::new(origin.as_vec3(), (target - origin).normalize().as_vec3()).with_time(0.5);
+            let hit = geometry
+                .closest(&ray, Interval::positive(), &mut ())
+                .unwrap();
+            assert_eq!(
+                geometry.triangle_corners(&ray, &hit),
+                Some(there),
+                "{kind:?}, {number}"
+            );
+        }
+    }
 }

@@ -4,7 +4,8 @@
 use glam::DVec3;
 use raywright_core::camera::PreparedCamera;
 use raywright_core::effects::{Effect, EffectSet};
-use raywright_core::scene::{Camera as CameraData, SamplePattern, Scene};
+use raywright_core::picture::Picture;
+use raywright_core::scene::{Camera as CameraData, Projection, SamplePattern, Scene};
 use raywright_core::settings::{Aov, PrecisionChoice, Sampling};
 use raywright_core::{
     RenderOutput, Settings, estimate_scene_memory, measure_scene_extent, prepare,
@@ -448,4 +449,53 @@ fn cameras_move_where_a_map_puts_them() {
         near.iter().any(|&x| x > 0.3) && near.iter().zip(&far).all(|(a, b)| (a - b).abs() < 0.01),
         "{near:?} {far:?}"
     );
+}
+
+/// Protects: the lines of a wireframe lie on the edges of a triangle or a mesh where it is at the
+/// time of the ray, and where a transform puts it: a shape that is caught in the middle of its
+/// motion has the picture of one that stands there.
+#[test]
+fn edges_lie_where_their_triangles_are() {
+    let corners = [[0.2, -1.5, 0.0], [2.2, -1.0, 0.3], [1.0, 1.5, 0.0]];
+    let mesh = json!([{ "name": "one", "source": { "inline": { "indices": [[0, 1, 2]], "positions": corners } } }]);
+    let turned = |steps: Value| {
+        let turn = json!({ "rotate": { "axis": [0, 0, 1], "degrees": 20 } });
+        json!([[turn], steps.as_array().cloned().unwrap_or_default()].concat())
+    };
+    let place = |x: f64| turned(translated([x, 0.3, 0.0]));
+    for shape in [
+        json!({ "triangle": { "vertices": corners } }),
+        json!({ "mesh": "one" }),
+    ] {
+        let picture = |precision, transform: Value, end: Option<Value>, wireframe| {
+            let shutter = end.is_some().then_some([0.5, 0.5 + 1e-9]);
+            let object = json!([{ "shape": shape, "material": "white", "transform": transform, "transform_end": end }]);
+            let mut scene = white(object, view(json!({ "shutter": shutter })));
+            scene.cameras[0].projection = Projection::Orthographic { height: 8.0 };
+            scene.meshes = serde_json::from_value(mesh.clone()).expect("a mesh");
+            let settings = Settings {
+                size: [32, 32],
+                sampling: Sampling::General(16),
+                precision,
+                wireframe,
+                ..Settings::from_scene(&scene)
+            };
+            render_scene(&scene, &settings).picture
+        };
+        for precision in PRECISIONS {
+            let still = picture(precision, place(2.0), None, true);
+            let moving = picture(precision, place(0.0), Some(place(4.0)), true);
+            let plain = picture(precision, place(2.0), None, false);
+            let other = |picture: &Picture| {
+                let pairs = still.rgb.iter().zip(&picture.rgb);
+                pairs.filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count()
+            };
+            assert!(
+                other(&moving) <= 2,
+                "{shape}, {precision:?}: {}",
+                other(&moving)
+            );
+            assert!(other(&plain) > 15, "{shape}, {precision:?}: no edges");
+        }
+    }
 }
