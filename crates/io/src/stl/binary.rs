@@ -23,6 +23,8 @@ enum ColourDialect {
     /// Convention of VisCAM and SolidView. A facet has a colour of its own if the top bit of its
     /// attribute word is set; blue is in the low bits.
     VisCam,
+    /// Convention of MeshLab: the header has a colour, and no facet has a colour of its own.
+    Header([f32; 3]),
 }
 
 /// Whether the length of a file is the length that its number of facets requires.
@@ -108,22 +110,28 @@ fn attribute_word(facet: &[u8; FACET_BYTES]) -> u16 {
     u16::from_le_bytes([facet[48], facet[49]])
 }
 
-/// Detects the convention of facet colours. Magics is recognised by the default colour in the
-/// header, VisCAM by the facets. Returns `None` if the attribute words are no colours.
+/// Detects the convention of facet colours, Magics by the default colour in the header, VisCAM by
+/// the facets. Returns `None` if the attribute words are no colours. A convention counts only if
+/// some facet has a colour by it: programs write words of zeros, or the top bit alone, in all
+/// facets.
 fn detect_dialect(header: &[u8], facets: &[[u8; FACET_BYTES]]) -> Option<ColourDialect> {
     const KEY: &[u8] = b"COLOR=";
-    let colour = header
+    let any = |test: fn(u16) -> bool| facets.iter().any(|facet| test(attribute_word(facet)));
+    let colour: Option<&[u8; 4]> = header
         .windows(KEY.len())
         .position(|word| word == KEY)
-        .and_then(|position| header.get(position + KEY.len()..)?.first_chunk());
+        .and_then(|position| header.get(position + KEY.len()..)?.first_chunk())
+        // A title may hold text there, such as `COLOR=none`.
+        .filter(|rgba| !rgba.iter().all(|byte| matches!(byte, b' '..=b'~')));
     match colour {
-        Some(&[r, g, b, _]) => Some(ColourDialect::Magics(
-            [r, g, b].map(|code: u8| f32::from(code) / 255.0),
-        )),
-        None => facets
-            .iter()
-            .any(|facet| attribute_word(facet) & 0x8000 != 0)
-            .then_some(ColourDialect::VisCam),
+        Some(&[r, g, b, _]) => {
+            let rgb = [r, g, b].map(|code: u8| f32::from(code) / 255.0);
+            Some(match any(|word| word != 0) {
+                true => ColourDialect::Magics(rgb),
+                false => ColourDialect::Header(rgb),
+            })
+        }
+        None => any(|word| word > 0x8000).then_some(ColourDialect::VisCam),
     }
 }
 
@@ -133,6 +141,7 @@ impl ColourDialect {
         let [low, middle, high] = [0, 5, 10].map(|shift| f32::from(attribute >> shift & 31) / 31.0);
         let marked = attribute & 0x8000 != 0;
         match self {
+            Self::Header(all) => all,
             Self::Magics(all) if marked => all,
             Self::Magics(_) => [low, middle, high],
             Self::VisCam if marked => [high, middle, low],

@@ -304,3 +304,55 @@ fn colours_of_both_dialects() {
     );
     assert!(value_of("", &|_| 0x7fff).is_empty());
 }
+
+/// Protects: a convention of colours counts only where some facet has a colour by it. The top bit
+/// alone in all facets is no colour, words of zeros leave the header's colour to all facets, and a
+/// header's text is no colour. Code 127 in sRGB is 0.21223.
+#[test]
+fn words_without_a_colour_are_no_colours() {
+    let sheet = PolygonMesh {
+        facets: vec![[31, 0, 0], [0, 0, 0]],
+        ..PolygonMesh::sheet(1)
+    };
+    type Attribute<'a> = &'a dyn Fn([u16; 3]) -> u16;
+    let colours = |header: &[u8], attribute: Attribute| {
+        let mut bytes = sheet.stl("", attribute);
+        bytes[..header.len()].copy_from_slice(header);
+        mesh(&read(&bytes).expect("a mesh")).colours.clone()
+    };
+    let some = |word: u16| move |colour: [u16; 3]| if colour[0] == 31 { word } else { 0 };
+    let cases: [(&[u8], Attribute); 6] = [
+        (b"STLB CAD 1.0", &|_| 0x8000),
+        (b"", &some(0x8000)),
+        (b"", &|_| 0),
+        (b"part COLOR=none", &|_| 0),
+        (b"part COLOR=none", &|_| 0x8000),
+        (b"COLOR=red ", &some(0x1f)),
+    ];
+    for (header, attribute) in cases {
+        assert!(colours(header, attribute).is_empty(), "{header:?}");
+    }
+    let header = b"COLOR=\x7f\x7f\x7f\xff MATERIAL=";
+    let without: [Attribute; 2] = [&|_| 0, &|_| 0x8000];
+    for attribute in without {
+        let found = colours(header, attribute);
+        assert!(
+            found.len() == 6
+                && found
+                    .iter()
+                    .flatten()
+                    .all(|c| (c - 0.21223).abs() < 1e-4 || *c == 1.0),
+            "{found:?}"
+        );
+    }
+    let black = colours(header, &some(0x8000));
+    assert_eq!(
+        black[3],
+        [0.0, 0.0, 0.0, 1.0],
+        "some facets are marked, one is black"
+    );
+    assert_eq!(
+        colours(b"COLOR=none", &some(0xfc00))[0],
+        [1.0, 0.0, 0.0, 1.0]
+    );
+}
