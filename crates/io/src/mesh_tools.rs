@@ -6,6 +6,9 @@ use raywright_core::display::curve;
 use raywright_core::scene::{MeshData, TransferCurve, TransformStep};
 use raywright_core::validate::{MAX_COORDINATE, MIN_LENGTH};
 
+use crate::import::Warnings;
+use crate::warning::WarningCode;
+
 /// Whether a transform is invertible. Rays can be traced in a mesh's own space only under an
 /// invertible transform.
 ///
@@ -96,6 +99,42 @@ pub(crate) fn decode_vertex_colour(rgb: [f32; 3]) -> [f32; 4] {
     };
     let [r, g, b] = rgb.map(linear);
     [r, g, b, 1.0]
+}
+
+/// Returns the factor from the channels of all vertex colours of a file, stored as fractions or as
+/// codes from 0 to 255, to 0..1. Channels are codes if half of them are above 1, and the largest is
+/// far above 1. Other channels above 1 are fractions that a program rounded or made too bright;
+/// they are clamped, with a warning.
+pub(crate) fn vertex_colour_scale(
+    channels: impl Iterator<Item = f32>,
+    warnings: &mut Warnings,
+) -> f32 {
+    let (mut above, mut within, mut largest, mut least_code) = (0_usize, 0_usize, 0.0_f32, 2.0);
+    for channel in channels.filter(|channel| *channel > 0.0) {
+        *if channel > 1.0 {
+            &mut above
+        } else {
+            &mut within
+        } += 1;
+        largest = largest.max(channel);
+        if channel.fract() != 0.0 {
+            least_code = 16.0;
+        }
+    }
+    let whole = if above >= within && largest > least_code {
+        255.0
+    } else {
+        1.0
+    };
+    if largest > whole {
+        warnings.add(
+            WarningCode::Range,
+            format!(
+                "colours of vertices or faces reach {largest}; channels above {whole} are clamped"
+            ),
+        );
+    }
+    1.0 / whole
 }
 
 /// Normalises the normals of a mesh. A zero or non-finite normal is replaced by the mean normal of

@@ -44,10 +44,16 @@ pub(crate) fn split_lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 /// Parses the longest prefix of a word that is a number, as C's `strtod` does, because files
 /// contain `1.0f` and `3.1+e2`. Returns the prefix and its value. A number with a decimal comma is
-/// refused, because its fraction would be lost.
+/// refused, because its fraction would be lost. `-1.#IND`, `1.#QNAN` and `1.#INF`, by which old C
+/// libraries write numbers that are not finite, are NaN.
 pub(crate) fn parse_number_prefix(word: &str) -> Option<(&str, f64)> {
     if let Ok(value) = word.parse() {
         return Some((word, value));
+    }
+    if let Some((head, tail)) = word.split_once('#')
+        && is_inside_number(head, tail)
+    {
+        return Some(("nan", f64::NAN));
     }
     if has_decimal_comma(word) {
         return None;
@@ -63,6 +69,11 @@ pub(crate) fn parse_number_prefix(word: &str) -> Option<(&str, f64)> {
         let head = word.get(..end)?;
         Some((head, head.parse().ok()?))
     })
+}
+
+/// Whether a `#` between two texts belongs to a number of an old C library, such as `1.#QNAN`.
+pub(crate) fn is_inside_number(head: &str, tail: &str) -> bool {
+    head.ends_with("1.") && tail.starts_with(|c: char| c.is_ascii_uppercase())
 }
 
 /// Whether a word has a comma before a digit, as programs write numbers under some locales.
@@ -127,6 +138,14 @@ mod tests {
         for word in ["1,0", "-0,25", "1,5e3", "1.000,5", ",5"] {
             assert_eq!(parse_number_prefix(word), None, "{word}");
         }
+        for word in ["-1.#IND00", "1.#QNAN0", "1.#INF", "-1.#J"] {
+            let (text, value) = parse_number_prefix(word).expect(word);
+            assert!(
+                value.is_nan() && text.parse().is_ok_and(f64::is_nan),
+                "{word}"
+            );
+        }
+        assert_eq!(parse_number_prefix("2#x"), Some(("2", 2.0)));
         assert_eq!(parse_number_prefix("x"), None);
         assert_eq!(parse_number_prefix(""), None);
         assert_eq!(parse_number_prefix("é1"), None);

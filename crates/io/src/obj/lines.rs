@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-use crate::text::{split_lines, strip_byte_order_mark};
+use crate::text::{is_inside_number, split_lines, strip_byte_order_mark};
 
 /// A statement of an OBJ or MTL file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,7 +36,8 @@ pub(super) fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
     let mut out = String::with_capacity(text.len());
     let mut owed = 0;
     for line in text.lines() {
-        match line.strip_suffix('\\') {
+        let begun = line.strip_suffix('\\');
+        match begun.filter(|begun| !begun.trim_start().starts_with('#')) {
             Some(begun) => {
                 out.push_str(begun);
                 out.push(' ');
@@ -57,14 +58,49 @@ pub(super) fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
 /// Splits a decoded text into statements.
 pub(super) fn split_statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
     text.lines().enumerate().filter_map(|(i, line)| {
-        let line = line.split('#').next().unwrap_or_default().trim();
-        let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-        (!keyword.is_empty()).then(|| Statement {
+        let (keyword, rest) = split_first_word(line);
+        let rest = if rest.contains('#') && !takes_name(keyword) {
+            strip_comment(rest)
+        } else {
+            rest
+        };
+        (!keyword.is_empty() && !keyword.starts_with('#')).then(|| Statement {
             line: i + 1,
             keyword,
-            rest: rest.trim(),
+            rest: rest.trim_end(),
         })
     })
+}
+
+/// Splits off the first word.
+pub(super) fn split_first_word(text: &str) -> (&str, &str) {
+    let text = text.trim_start();
+    let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+    (word, rest.trim_start())
+}
+
+/// Whether the text after a keyword is a name or names a file. Such a name is the rest of its line
+/// and may contain `#`: programs name materials `Material #25`.
+pub(super) fn takes_name(keyword: &str) -> bool {
+    const KEYWORDS: [&str; 8] = [
+        "newmtl", "usemtl", "mtllib", "bump", "disp", "decal", "refl", "norm",
+    ];
+    KEYWORDS.iter().any(|key| key.eq_ignore_ascii_case(keyword))
+        || keyword
+            .get(..4)
+            .is_some_and(|start| start.eq_ignore_ascii_case("map_"))
+}
+
+/// Returns a text without the comment at its end.
+fn strip_comment(text: &str) -> &str {
+    let is_comment = |at: &usize| !is_inside_number(&text[..*at], &text[at + 1..]);
+    let start = text.match_indices('#').map(|(at, _)| at).find(is_comment);
+    start.map_or(text, |at| &text[..at])
+}
+
+/// Returns a name without a comment behind the name, for a name that is not known with it.
+pub(super) fn strip_name_comment(name: &str) -> &str {
+    name.rsplit_once(" #").map_or(name, |(name, _)| name.trim())
 }
 
 /// Converts a path in the file to the form that [`Folder::read`](crate::Folder::read) accepts:
@@ -108,6 +144,28 @@ mod tests {
         assert_eq!(
             found,
             [(2, "f", "1 2   3"), (5, "usemtl", "a b"), (6, "s", "off")]
+        );
+    }
+
+    /// Protects: `#` is part of names and of numbers of old C libraries, and begins comments behind
+    /// other numbers; a comment that ends in `\` continues no line.
+    #[test]
+    fn comments_end_no_names() {
+        let text = decode_text(
+            b"# c:\\maps\\\nusemtl Material #25 \nmap_kd a#1.png\nv 1 2 3# x\nvn -1.#IND00 1.#J 0 # y\nf 1 2 #3\n#f\n",
+        );
+        let found: Vec<_> = split_statements(&text)
+            .map(|s| (s.line, s.keyword, s.rest))
+            .collect();
+        assert_eq!(
+            found,
+            [
+                (2, "usemtl", "Material #25"),
+                (3, "map_kd", "a#1.png"),
+                (4, "v", "1 2 3"),
+                (5, "vn", "-1.#IND00 1.#J 0"),
+                (6, "f", "1 2")
+            ]
         );
     }
 }

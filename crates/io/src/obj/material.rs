@@ -5,7 +5,8 @@
 //!
 //! | in the file | becomes |
 //! |---|---|
-//! | `illum` 6, 7; 4, 9 with `d` below 1 or `Tf` | smooth glass with index `Ni`, tinted by `Tf` |
+//! | `illum` 4, 6, 7, 9 with `d` below 1, `Tr`, or a `Tf` that is neither 0 nor 1 | smooth glass with index `Ni`, tinted by `Tf` |
+//! | the same without a `Kd` that is not black; for `illum` 4, 9 also with `Tf` 1 | smooth glass |
 //! | `illum` 3 | a mirror tinted by `Ks`; with a `Kd` that is not black, a metal of colour `Kd` and roughness by `Ns` (as Blender writes metals) |
 //! | `illum` 5 | a polished dielectric with index `Ni` over `Kd` |
 //! | `Kd` black, `Ks` not | a metal of colour `Ks` and roughness by `Ns` |
@@ -24,6 +25,7 @@ use raywright_core::scene::{
     TextureInput, TextureRef,
 };
 
+use super::mtl::LibraryMaterial;
 use super::texture::{TextureLoader, TextureStatement};
 use crate::import::{Warnings, sanitise_text};
 use crate::warning::WarningCode;
@@ -35,16 +37,21 @@ fn phong_roughness(exponent: f64) -> f64 {
     (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt()
 }
 
-/// Returns the texture statements of a material that the importer uses.
-pub(super) fn image_statements(source: &tobj::Material) -> impl Iterator<Item = &str> {
+/// Returns the texture statements of a material that the importer uses, each with the folder of the
+/// material's library.
+pub(super) fn image_statements(
+    LibraryMaterial { source, folder }: &LibraryMaterial,
+) -> impl Iterator<Item = (&str, &str)> {
     let known = [&source.diffuse_texture, &source.dissolve_texture]
         .into_iter()
         .filter_map(Option::as_deref);
-    known.chain(
-        ["map_Ke", "map_Pr", "map_Pm", "norm"]
-            .into_iter()
-            .filter_map(|key| find_parameter_unknown_to_tobj(source, key)),
-    )
+    known
+        .chain(
+            ["map_Ke", "map_Pr", "map_Pm", "norm"]
+                .into_iter()
+                .filter_map(|key| find_parameter_unknown_to_tobj(source, key)),
+        )
+        .map(|statement| (folder.as_str(), statement))
 }
 
 /// Returns the text after a keyword that the parser `tobj` stores as unknown.
@@ -55,15 +62,16 @@ fn find_parameter_unknown_to_tobj<'s>(source: &'s tobj::Material, key: &str) -> 
 /// Converts a material of the file to a physical material, with the textures whose images could be
 /// read.
 pub(super) fn convert_material(
-    source: &tobj::Material,
+    LibraryMaterial { source, folder }: &LibraryMaterial,
     textures: &mut TextureLoader,
     scene: &mut Scene,
     warnings: &mut Warnings,
 ) -> Physical {
     let unknown = |key: &str| find_parameter_unknown_to_tobj(source, key);
     let mut texture =
-        |statement: Option<&str>, space| textures.texture_ref(statement?, space, scene);
-    let mut out = convert_surface(source);
+        |statement: Option<&str>, space| textures.texture_ref(folder, statement?, space, scene);
+    let opacity = read_opacity(source, warnings);
+    let mut out = convert_surface(source, opacity);
     out.base_colour_texture = texture(source.diffuse_texture.as_deref(), ColourSpace::Srgb);
     out.emission_texture = texture(unknown("map_Ke"), ColourSpace::Srgb);
     let emission = source
@@ -97,7 +105,6 @@ pub(super) fn convert_material(
         out.normal_scale = TextureStatement::parse(statement).bump;
     }
     if !out.may_transmit() {
-        let opacity = read_opacity(source, warnings);
         out.opacity = opacity.into();
         let own_alpha = match (&source.dissolve_texture, &source.diffuse_texture) {
             (Some(alpha), Some(colour)) => {
@@ -123,7 +130,7 @@ fn round_to_f32(value: f64) -> f64 {
 
 /// Returns the physical material for the colours, the highlight and the refraction of an MTL
 /// material, by the table in the description of the module.
-fn convert_surface(source: &tobj::Material) -> Physical {
+fn convert_surface(source: &tobj::Material, opacity: f64) -> Physical {
     let rgb = |colour: Option<[f64; 3]>, missing: f64| {
         colour.map_or([missing; 3], |c| c.map(|c| clamp_unit(round_to_f32(c))))
     };
@@ -145,8 +152,6 @@ fn convert_surface(source: &tobj::Material) -> Physical {
         .shininess
         .map_or(1.0, |n| phong_roughness(round_to_f32(n)));
     let illum = source.illumination_model.unwrap_or(2);
-    let clear =
-        filter.is_some_and(|tint| !is_black(tint)) || source.dissolve.is_some_and(|d| d < 1.0);
     let coloured = |colour: [f64; 3]| Physical {
         base_colour: Colour(colour).into(),
         ..Physical::default()
@@ -164,11 +169,11 @@ fn convert_surface(source: &tobj::Material) -> Physical {
         transmission: 1.0.into(),
         roughness: 0.0.into(),
         ior: index.unwrap_or(1.5).into(),
-        ..coloured(filter.unwrap_or([1.0; 3]))
+        // A black filter is no filter: it belongs to files in which `Tf` is unused.
+        ..coloured(filter.filter(|tint| !is_black(*tint)).unwrap_or([1.0; 3]))
     };
     match illum {
-        6 | 7 => glass(),
-        4 | 9 if clear => glass(),
+        4 | 6 | 7 | 9 if is_transparent(source, opacity) => glass(),
         3 if is_black(diffuse) => metal(specular, 0.0),
         3 => metal(diffuse, rough),
         5 => Physical {
@@ -184,6 +189,23 @@ fn convert_surface(source: &tobj::Material) -> Physical {
             ..coloured(diffuse)
         },
     }
+}
+
+/// Whether a material that `illum` allows to refract light does so. Programs write `illum` 4 and
+/// `Tf 1 1 1` for opaque materials too: a diffuse colour counts unless `d`, `Tr` or `Tf` states
+/// transparency.
+fn is_transparent(source: &tobj::Material, opacity: f64) -> bool {
+    /// Largest channel of a diffuse colour that files of glass state in place of black.
+    const DARK: f64 = 0.02;
+    let filter = transmission_filter(source);
+    let is_diffuse = source.diffuse_texture.is_some()
+        || source
+            .diffuse
+            .is_some_and(|kd| kd.iter().any(|&c| c > DARK));
+    let is_filtered = |tint| !is_black(tint) && tint != [1.0; 3];
+    let refracts = matches!(source.illumination_model, Some(6 | 7))
+        || filter.is_some_and(|tint| !is_black(tint));
+    opacity < 1.0 || filter.is_some_and(is_filtered) || (refracts && !is_diffuse)
 }
 
 /// Returns the tint of refracted light, from `Tf`; `None` without `Tf`. A missing channel is 1.
@@ -319,7 +341,7 @@ mod tests {
     fn of(text: &str) -> Physical {
         let text = format!("newmtl m\n{text}");
         let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).unwrap();
-        convert_surface(&materials[0])
+        convert_surface(&materials[0], materials[0].dissolve.unwrap_or(1.0))
     }
 
     fn base(material: &Physical) -> [f64; 3] {

@@ -7,8 +7,8 @@ use glam::{DVec3, Vec3};
 use raywright_core::scene::{MeshData, VertexPositions, choose_storage_origin};
 
 use super::survey::{FaceGroup, NormalSource};
-use crate::import::{Fault, ImportResult};
-use crate::mesh_tools::decode_vertex_colour;
+use crate::import::{Fault, ImportResult, Warnings};
+use crate::mesh_tools::{decode_vertex_colour, vertex_colour_scale};
 use crate::polygon::{self, EarClipper};
 
 /// Triangle mesh of the faces that have the same material and are all flat or all smooth.
@@ -32,6 +32,7 @@ type PositionKey = (u32, [u32; 3]);
 pub(super) fn build_meshes(
     runs: &[FaceGroup],
     models: Vec<tobj::Model>,
+    warnings: &mut Warnings,
 ) -> ImportResult<Vec<MaterialMesh>> {
     let models: Vec<(FaceGroup, tobj::Mesh)> = models
         .into_iter()
@@ -42,12 +43,8 @@ pub(super) fn build_meshes(
         .flat_map(|(_, mesh)| mesh.positions.as_chunks::<3>().0);
     let origin = choose_storage_origin(coordinates.map(|&p| p.into()));
     let normals = sum_smooth_normals(&models, origin);
-    // Some programs write colours from 0 to 255.
-    let bytes = models
-        .iter()
-        .flat_map(|(_, mesh)| &mesh.vertex_color)
-        .any(|&c| c as f32 > 1.0);
-    let scale = if bytes { 1.0 / 255.0 } else { 1.0 };
+    let channels = models.iter().flat_map(|(_, mesh)| &mesh.vertex_color);
+    let scale = vertex_colour_scale(channels.map(|&channel| channel as f32), warnings);
     let mut clipper = EarClipper::default();
     let mut parts: Vec<MaterialMesh> = Vec::new();
     let mut numbers: HashMap<(Option<usize>, bool), usize> = HashMap::new();

@@ -24,14 +24,15 @@ use raywright_core::scene::{
 
 use crate::folder::Folder;
 use crate::import::{
-    DecodeBudget, Fault, ImportResult, ImportedScene, UniqueNames, Warnings, validate_scene,
+    DecodeBudget, Fault, ImportResult, ImportedScene, UniqueNames, Warnings, format_count,
+    sanitise_text, validate_scene,
 };
 use crate::text::refuse_non_text;
 use crate::warning::WarningCode;
 use crate::{Error, Limits, mesh_tools};
 
 use mesh::MaterialMesh;
-use mtl::MaterialLibrary;
+use mtl::{LibraryMaterial, MaterialLibrary};
 use survey::RewrittenObj;
 use texture::TextureLoader;
 
@@ -62,7 +63,7 @@ fn import(
         survey::check_and_rewrite_obj(&lines::decode_text(bytes), &mut budget, &mut warnings)?;
     let library = mtl::load(&survey.libraries, folder, &mut warnings)?;
     let models = parse_rewritten_text(&survey)?;
-    let parts = mesh::build_meshes(&survey.runs, models)?;
+    let parts = mesh::build_meshes(&survey.runs, models, &mut warnings)?;
     let materials = MaterialConverter::new(
         survey.materials,
         library,
@@ -164,6 +165,20 @@ fn build_scene(
         });
     }
     warnings.add_dropped("", dropped);
+    let is_glass = |material: &&Material| match &material.model {
+        MaterialModel::Physical(physical) => physical.may_transmit(),
+        _ => false,
+    };
+    let glass = scene.materials.iter().filter(is_glass).count();
+    if glass > 0 {
+        warnings.add(
+            WarningCode::Conversion,
+            format!(
+                "{} taken for glass, by `illum` 4, 6, 7 or 9 and by `d`, `Tr`, `Tf` or a black `Kd`",
+                format_count(glass, "material")
+            ),
+        );
+    }
     if scene.objects.is_empty() {
         warnings.add(
             WarningCode::NothingToSee,
@@ -229,19 +244,13 @@ impl<'a> MaterialConverter<'a> {
         budget: &mut DecodeBudget,
         warnings: &mut Warnings,
     ) -> ImportResult<()> {
-        let mut statements = Vec::new();
-        for part in parts {
-            let source =
-                self.library
-                    .find_material(self.name_in_file(part.material), false, warnings);
-            statements.extend(material::image_statements(&source).map(str::to_owned));
-        }
-        self.textures.load(
-            statements.iter().map(String::as_str),
-            scene,
-            budget,
-            warnings,
-        )
+        let used = parts.iter().map(|part| self.name_in_file(part.material));
+        let statements: Vec<(&str, &str)> = used
+            .filter_map(|name| self.library.find_material(name))
+            .flat_map(material::image_statements)
+            .collect();
+        self.textures
+            .load(statements.into_iter(), scene, budget, warnings)
     }
 
     /// Returns the name in the scene of the material with this index, for meshes with or without
@@ -257,14 +266,24 @@ impl<'a> MaterialConverter<'a> {
             return name.clone();
         }
         let label = self.name_in_file(number).to_owned();
-        let source = self
-            .library
-            .find_material(&label, number.is_some(), warnings);
-        let mut model =
-            material::convert_material(source.as_ref(), &mut self.textures, scene, warnings);
+        let (found, grey) = (
+            self.library.find_material(&label),
+            LibraryMaterial::default(),
+        );
+        if found.is_none() && number.is_some() {
+            warnings.add(
+                WarningCode::Material,
+                format!(
+                    "material `{}` is in no material library; a grey material is used",
+                    sanitise_text(&label)
+                ),
+            );
+        }
+        let source = found.unwrap_or(&grey);
+        let mut model = material::convert_material(source, &mut self.textures, scene, warnings);
         model.vertex_colours = coloured;
         let name = self.unique_names.make_unique(&label);
-        let unread = material::unsupported_keys(source.as_ref()).into_iter();
+        let unread = material::unsupported_keys(&source.source).into_iter();
         scene
             .unread
             .extend(unread.map(|subject| UnsupportedProperty {

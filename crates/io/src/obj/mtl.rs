@@ -4,13 +4,14 @@
 //! rejects a whole library for a malformed line. Such lines are completed or dropped before
 //! parsing.
 
-use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
-use super::lines::{Statement, decode_text, normalise_path, split_statements};
-use super::texture::TextureStatement;
-use crate::folder::{Folder, ReadError};
-use crate::import::{Fault, ImportResult, Warnings, sanitise_text};
+use super::lines::{
+    Statement, decode_text, normalise_path, split_statements, strip_name_comment, takes_name,
+};
+use super::texture::{TextureStatement, image_candidates};
+use crate::folder::Folder;
+use crate::import::{Fault, ImportResult, Warnings, catch_invalid_input, sanitise_text};
 use crate::text::{has_decimal_comma, parse_number_prefix};
 use crate::warning::WarningCode;
 
@@ -18,7 +19,16 @@ use crate::warning::WarningCode;
 /// later applies.
 #[derive(Debug, Default)]
 pub(super) struct MaterialLibrary {
-    materials: HashMap<String, tobj::Material>,
+    materials: HashMap<String, LibraryMaterial>,
+}
+
+/// A material of a library.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LibraryMaterial {
+    pub source: tobj::Material,
+    /// Folder of the library, relative to the folder of the OBJ file. The text is empty or ends in
+    /// `/`.
+    pub folder: String,
 }
 
 /// Name of the material of faces without a material.
@@ -31,49 +41,40 @@ impl MaterialLibrary {
     /// contain the index of the image.
     pub fn from_images(images: Vec<String>, is_whole: bool) -> (Vec<String>, Self) {
         let is_default = is_whole && images.len() == 1;
-        let name = |i: usize| {
-            if is_default {
+        let (mut names, mut library) = (Vec::new(), Self::default());
+        for (i, image) in images.into_iter().enumerate() {
+            let name = if is_default {
                 DEFAULT.to_owned()
             } else {
                 format!("texture {i}")
-            }
-        };
-        let names: Vec<String> = (0..images.len()).map(name).collect();
-        let shown = |image| tobj::Material {
-            diffuse_texture: Some(image),
-            ..tobj::Material::default()
-        };
-        let materials = names
-            .iter()
-            .cloned()
-            .zip(images.into_iter().map(shown))
-            .collect();
-        (names, Self { materials })
+            };
+            let source = tobj::Material {
+                name: name.clone(),
+                diffuse_texture: Some(image),
+                ..tobj::Material::default()
+            };
+            library.add(source, "");
+            names.push(name);
+        }
+        (names, library)
     }
 
-    /// Returns the material with this name, or the default material if no library has the name. If
-    /// `requested` is set, the file uses the name, and a missing material gives a warning.
-    pub fn find_material(
-        &self,
-        name: &str,
-        requested: bool,
-        warnings: &mut Warnings,
-    ) -> Cow<'_, tobj::Material> {
-        match self.materials.get(name) {
-            Some(material) => Cow::Borrowed(material),
-            None => {
-                if requested {
-                    warnings.add(
-                        WarningCode::Material,
-                        format!(
-                            "material `{}` is in no material library; a grey material is used",
-                            sanitise_text(name)
-                        ),
-                    );
-                }
-                Cow::Owned(tobj::Material::default())
-            }
+    fn add(&mut self, source: tobj::Material, folder: &str) {
+        let (name, folder) = (source.name.clone(), folder.to_owned());
+        let material = LibraryMaterial { source, folder };
+        // The name in the OBJ file may lack a comment that follows the name in the library.
+        if let Some((short, _)) = name.split_once(" # ") {
+            let short = self.materials.entry(short.trim_end().to_owned());
+            short.or_insert_with(|| material.clone());
         }
+        self.materials.insert(name, material);
+    }
+
+    /// Returns the material with this name; `None` if no library has the name.
+    pub fn find_material(&self, name: &str) -> Option<&LibraryMaterial> {
+        [name, strip_name_comment(name)]
+            .into_iter()
+            .find_map(|name| self.materials.get(name))
     }
 }
 
@@ -92,23 +93,25 @@ pub(super) fn load(
         if !seen.insert(rest) {
             continue;
         }
-        for bytes in read_libraries(rest, folder, warnings)? {
+        for (path, bytes) in read_libraries(rest, folder, warnings)? {
+            let place = path.rfind('/').map_or("", |end| &path[..=end]);
             let text = repair_text(&decode_text(&bytes), warnings);
             // Images of unused materials are not read, but are the user's files too.
             split_statements(&text)
-                .filter(is_image_statement)
-                .for_each(|statement| {
-                    folder.record_reference(&TextureStatement::parse(statement.rest).path)
-                });
+                .filter(|statement| takes_name(statement.keyword) && statement.keyword != "newmtl")
+                .flat_map(|image| {
+                    image_candidates(place, &TextureStatement::parse(image.rest).path)
+                })
+                .for_each(|path| folder.record_reference(&path));
             match tobj::load_mtl_buf(&mut text.as_bytes()) {
-                Ok((materials, _)) => library
-                    .materials
-                    .extend(materials.into_iter().map(|m| (m.name.clone(), m))),
+                Ok((materials, _)) => materials
+                    .into_iter()
+                    .for_each(|material| library.add(material, place)),
                 Err(error) => warnings.add(
                     WarningCode::Material,
                     format!(
                         "material library `{}` was not read ({error})",
-                        sanitise_text(rest)
+                        sanitise_text(&path)
                     ),
                 ),
             }
@@ -117,42 +120,32 @@ pub(super) fn load(
     Ok(library)
 }
 
-/// Whether a statement of a library names an image.
-fn is_image_statement(statement: &Statement) -> bool {
-    let keyword = canonical_key(statement.keyword);
-    keyword.starts_with("map_") || matches!(keyword, "bump" | "disp" | "decal" | "refl" | "norm")
-}
-
-/// Reads the libraries of an `mtllib` statement. The statement names a single file, whose name may
-/// contain blanks, or several files.
+/// Reads the libraries of an `mtllib` statement, each with its path. The statement names a single
+/// file, whose name may contain blanks, or several files.
 fn read_libraries(
     rest: &str,
     folder: &Folder,
     warnings: &mut Warnings,
-) -> ImportResult<Vec<Vec<u8>>> {
-    let whole = folder.read(&normalise_path(rest));
-    let words: Vec<&str> = rest.split_whitespace().collect();
-    match whole {
-        Ok(bytes) => Ok(vec![bytes]),
-        Err(ReadError::TooLarge(reason)) => Err(Fault::over_limit(reason)),
-        Err(why) if words.len() < 2 => {
-            warnings.add(WarningCode::Material, format!("material library: {why}"));
-            Ok(Vec::new())
-        }
-        Err(_) => {
-            let mut found = Vec::new();
-            for word in words {
-                match folder.read(&normalise_path(word)) {
-                    Ok(bytes) => found.push(bytes),
-                    Err(ReadError::TooLarge(reason)) => return Err(Fault::over_limit(reason)),
-                    Err(why) => {
-                        warnings.add(WarningCode::Material, format!("material library: {why}"))
-                    }
-                }
-            }
-            Ok(found)
+) -> ImportResult<Vec<(String, Vec<u8>)>> {
+    let read = |name: &str| -> ImportResult<Result<(String, Vec<u8>), String>> {
+        let path = normalise_path(name);
+        let bytes = catch_invalid_input(folder.read(&path).map_err(Fault::from))?;
+        Ok(bytes.map(|bytes| (path, bytes)))
+    };
+    let name = strip_name_comment(rest);
+    for whole in [rest, name] {
+        if let Ok(library) = read(whole)? {
+            return Ok(vec![library]);
         }
     }
+    let mut found = Vec::new();
+    for word in name.split_whitespace() {
+        match read(word)? {
+            Ok(library) => found.push(library),
+            Err(why) => warnings.add(WarningCode::Material, format!("material library: {why}")),
+        }
+    }
+    Ok(found)
 }
 
 /// Returns a library's text with incomplete statements completed, or dropped with a warning.

@@ -7,7 +7,7 @@ use raywright_core::scene::{
     Colour, ColourSpace, Image, Texture, TextureFilter, TextureRef, WrapMode,
 };
 
-use super::lines::normalise_path;
+use super::lines::{normalise_path, split_first_word, strip_name_comment};
 use crate::folder::Folder;
 use crate::image_decode_queue::ImageDecodeQueue;
 use crate::import::{
@@ -140,20 +140,24 @@ impl TextureStatement {
     }
 }
 
-/// Splits off the first word.
-fn split_first_word(text: &str) -> (&str, &str) {
-    let text = text.trim_start();
-    let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
-    (word, rest.trim_start())
+/// Returns the paths at which an image may lie that a library in the folder `library` names:
+/// relative to the library, then to the OBJ file, each also without a comment behind the path.
+pub(super) fn image_candidates(library: &str, path: &str) -> Vec<String> {
+    let names = [path, strip_name_comment(path)];
+    let mut paths: Vec<String> = [library, ""]
+        .iter()
+        .flat_map(|folder| names.map(|name| format!("{folder}{name}")))
+        .collect();
+    paths.dedup();
+    paths
 }
 
 /// Reads the images that the materials of a file use, and creates their textures.
 pub(super) struct TextureLoader<'f> {
     folder: &'f Folder,
     limits: &'f Limits,
-    /// Paths of all images that the statements name.
-    requested_paths: HashSet<String>,
-    images: HashSet<String>,
+    /// Paths of the images that were read, by folder of the library and path in its statement.
+    images: HashMap<(String, String), String>,
     /// Names of the textures, by path of the image, by whether the image holds colours, and by
     /// whether coordinates are clamped.
     textures: HashMap<(String, bool, bool), String>,
@@ -163,53 +167,48 @@ pub(super) struct TextureLoader<'f> {
 impl<'f> TextureLoader<'f> {
     /// Creates a loader that has not read any image.
     pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
-        let (requested, images) = Default::default();
         Self {
             folder,
             limits,
-            requested_paths: requested,
-            images,
+            images: HashMap::new(),
             textures: HashMap::new(),
             names: UniqueNames::default(),
         }
     }
 
-    /// Reads and decodes the images of all statements before any material is created, because a
-    /// material depends on whether its images exist. An unreadable image is a warning.
+    /// Reads and decodes the images of all statements, each with the folder of its library, before
+    /// any material is created, because a material depends on whether its images exist. An
+    /// unreadable image is a warning.
     ///
     /// # Errors
     /// A fault of kind limit for an oversized image.
     pub fn load<'s>(
         &mut self,
-        statements: impl Iterator<Item = &'s str>,
+        statements: impl Iterator<Item = (&'s str, &'s str)>,
         scene: &mut Scene,
         budget: &mut DecodeBudget,
         warnings: &mut Warnings,
     ) -> ImportResult<()> {
         let mut waiting = ImageDecodeQueue::default();
         let warn = |reason: String| format!("texture: {reason}; the texture is left out");
-        for path in statements.map(|statement| TextureStatement::parse(statement).path) {
-            if !self.requested_paths.insert(path.clone()) {
+        let (mut requested, mut accepted) = (HashSet::new(), HashSet::new());
+        for (library, statement) in statements {
+            let key = (library.to_owned(), TextureStatement::parse(statement).path);
+            if !requested.insert(key.clone()) {
                 continue;
             }
-            let accepted = self
-                .folder
-                .read(&path)
-                .map_err(Fault::from)
-                .and_then(|bytes| {
-                    image_file::reserve_picture_memory(&bytes, self.limits, budget)
-                        .map_err(|fault| fault.with_place(format_args!("`{path}`")))?;
-                    Ok(bytes)
-                });
-            match catch_invalid_input(accepted)? {
-                Ok(bytes) => {
-                    waiting.add_image(scene.images.len(), format!("`{path}`"), bytes.into());
-                    scene.images.push(Image {
-                        name: path.clone(),
-                        path,
-                        data: None,
-                        mended: 0,
-                    });
+            match self.read_image(library, &key.1, &accepted, budget)? {
+                Ok((path, bytes)) => {
+                    self.images.insert(key, path.clone());
+                    if accepted.insert(path.clone()) {
+                        waiting.add_image(scene.images.len(), format!("`{path}`"), bytes.into());
+                        scene.images.push(Image {
+                            name: path.clone(),
+                            path,
+                            data: None,
+                            mended: 0,
+                        });
+                    }
                 }
                 Err(reason) => warnings.add(WarningCode::Picture, warn(reason)),
             }
@@ -224,36 +223,62 @@ impl<'f> TextureLoader<'f> {
             .into_iter()
             .for_each(|(code, remark)| warnings.add(code, format!("texture: {remark}")));
         scene.images.retain(|image| image.data.is_some());
-        self.images = scene
-            .images
-            .iter()
-            .map(|image| image.path.clone())
-            .collect();
+        let decoded: HashSet<&str> = scene.images.iter().map(|image| &*image.path).collect();
+        self.images.retain(|_, path| decoded.contains(&**path));
         Ok(())
     }
 
-    /// Returns a reference to the texture of a statement; `None` if the image was not read.
+    /// Reads the first image that exists among the candidates for a path. Returns the path of this
+    /// image and its bytes, which are empty for an image that is `accepted` already; or the reason
+    /// why the first candidate cannot be read.
+    fn read_image(
+        &self,
+        library: &str,
+        path: &str,
+        accepted: &HashSet<String>,
+        budget: &mut DecodeBudget,
+    ) -> ImportResult<Result<(String, Vec<u8>), String>> {
+        let mut failure = None;
+        for path in image_candidates(library, path) {
+            if accepted.contains(&path) {
+                return Ok(Ok((path, Vec::new())));
+            }
+            let read = self.folder.read(&path).map_err(Fault::from);
+            let read = read.and_then(|bytes| {
+                image_file::reserve_picture_memory(&bytes, self.limits, budget)
+                    .map_err(|fault| fault.with_place(format_args!("`{path}`")))?;
+                Ok(bytes)
+            });
+            match catch_invalid_input(read)? {
+                Ok(bytes) => return Ok(Ok((path, bytes))),
+                Err(reason) => failure = failure.or(Some(reason)),
+            }
+        }
+        Ok(Err(failure.unwrap_or_default()))
+    }
+
+    /// Returns a reference to the texture of a statement in a library of the folder `library`;
+    /// `None` if the image was not read.
     pub fn texture_ref(
         &mut self,
+        library: &str,
         statement: &str,
         space: ColourSpace,
         scene: &mut Scene,
     ) -> Option<TextureRef> {
         let map = TextureStatement::parse(statement);
-        if !self.images.contains(&map.path) {
-            return None;
-        }
+        let image = self.images.get(&(library.to_owned(), map.path.clone()))?;
         let wrap = if map.clamp {
             WrapMode::Clamp
         } else {
             WrapMode::Repeat
         };
-        let key = (map.path.clone(), space == ColourSpace::Srgb, map.clamp);
+        let key = (image.clone(), space == ColourSpace::Srgb, map.clamp);
         let name = self.textures.entry(key).or_insert_with(|| {
-            let (name, image) = (self.names.make_unique(&map.path), map.path.clone());
+            let name = self.names.make_unique(image);
             let texture = Texture {
                 name: name.clone(),
-                image,
+                image: image.clone(),
                 colour_space: space,
                 filter: TextureFilter::Bilinear,
                 wrap_u: wrap,

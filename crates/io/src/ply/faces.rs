@@ -63,26 +63,18 @@ impl PlyFaces {
         if layout.has_image_numbers {
             self.image_numbers.resize(self.arities.len(), NO_TEXTURE);
         }
-        let count = if element.properties.is_empty() {
-            0
-        } else {
-            element.count
-        };
         let bytes = 8
             + 28 * usize::from(layout.colour_type.is_some())
             + 8 * usize::from(layout.has_image_numbers);
-        budget.reserve_memory(count as usize, bytes)?;
+        budget.reserve_memory(element.item_count() as usize, bytes)?;
         let mut record = FaceRecord::default();
-        for index in 0..count {
-            record
-                .read(&element.properties, &layout, values, budget)
-                .and_then(|()| match layout.is_strips {
-                    true => self.add_triangle_strip(&record.corners, budget),
-                    false => self.add_polygon(&record, &layout),
-                })
-                .map_err(|fault| fault.with_place(values.describe_position(element, index)))?;
-        }
-        Ok(())
+        values.read_items(element, |values| {
+            record.read(&element.properties, &layout, values, budget)?;
+            match layout.is_strips {
+                true => self.add_triangle_strip(&record.corners, budget),
+                false => self.add_polygon(&record, &layout),
+            }
+        })
     }
 
     /// Adds a polygon with the properties that its element has.
@@ -158,7 +150,7 @@ impl PlyFaces {
         self.check_vertex_indices(vertices.positions.len())?;
         let (triangles, image_numbers) = self.triangulate(&vertices, budget, warnings)?;
         let mesh = if self.has_corner_attributes() {
-            self.into_unshared_mesh(&vertices, triangles, budget)?
+            self.into_unshared_mesh(&vertices, triangles, budget, warnings)?
         } else {
             shared_mesh(vertices, triangles)
         };
@@ -244,6 +236,7 @@ impl PlyFaces {
         vertices: &PlyVertices,
         indices: Vec<[u32; 3]>,
         budget: &mut DecodeBudget,
+        warnings: &mut Warnings,
     ) -> ImportResult<MeshData> {
         if u32::try_from(self.corners.len()).is_err() {
             return Err(Fault::over_limit(
@@ -279,7 +272,7 @@ impl PlyFaces {
             uvs
         };
         let own = colours
-            .into_linear()
+            .into_linear(warnings)
             .zip(&arities)
             .flat_map(|(colour, &arity)| std::iter::repeat_n(colour, arity as usize));
         Ok(MeshData {

@@ -1,6 +1,7 @@
 //! Header of a PLY file: ASCII lines that list the elements in order, with their properties.
 
-use crate::import::{Fault, ImportResult, sanitise_text};
+use crate::import::{Fault, ImportResult, Warnings, sanitise_text};
+use crate::warning::WarningCode;
 
 /// Largest number of elements, of properties per element and of images. No real file has as many,
 /// and their memory is small.
@@ -86,6 +87,17 @@ pub(super) struct PlyElement {
     pub properties: Vec<PlyProperty>,
 }
 
+impl PlyElement {
+    /// Returns the number of items to read. Items without properties take no bytes. A file can
+    /// claim any number of such items, so that they are not counted through.
+    pub fn item_count(&self) -> u64 {
+        match self.properties.is_empty() {
+            true => 0,
+            false => self.count,
+        }
+    }
+}
+
 /// A parsed PLY header.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct PlyHeader {
@@ -103,7 +115,7 @@ pub(super) struct PlyHeader {
 ///
 /// # Errors
 /// A fault of kind input that names line and cause.
-pub(super) fn read_header(bytes: &[u8]) -> ImportResult<PlyHeader> {
+pub(super) fn read_header(bytes: &[u8], warnings: &mut Warnings) -> ImportResult<PlyHeader> {
     let mut header = PlyHeader {
         encoding: PlyEncoding::Ascii,
         elements: Vec::new(),
@@ -111,13 +123,13 @@ pub(super) fn read_header(bytes: &[u8]) -> ImportResult<PlyHeader> {
         bytes: 0,
         lines: 0,
     };
-    let mut format = None;
     // Binary data starts right after the last line, and may start with a line-feed byte. Therefore
     // all lines must end as the first line does.
     let end: &[u8] = match bytes.get(3..5) {
         Some([b'\r', next]) if *next != b'\n' => b"\r",
         _ => b"\n",
     };
+    let (mut format, mut unknown_line) = (None, None);
     loop {
         let rest = bytes.get(header.bytes..).unwrap_or_default();
         let window = rest
@@ -133,45 +145,40 @@ pub(super) fn read_header(bytes: &[u8]) -> ImportResult<PlyHeader> {
         let line = String::from_utf8_lossy(&window[..length]);
         (header.bytes, header.lines) = (header.bytes + length + end.len(), header.lines + 1);
         let number = header.lines;
-        let place = |fault: Fault| fault.with_place(format_args!("line {number}"));
-        let words: Vec<&str> = line.split_ascii_whitespace().collect();
-        match words.as_slice() {
-            ["ply"] if number == 1 => {}
+        match line.trim_ascii() {
+            "ply" if number == 1 => {}
             _ if number == 1 => {
                 return Err(Fault::invalid_input(
                     "is no PLY file: it does not begin with `ply`",
                 ));
             }
-            ["end_header"] => break,
-            ["comment", key, _, ..] if key.eq_ignore_ascii_case("TextureFile") => {
-                if header.images.len() >= MAX_DECLARATIONS {
-                    return Err(place(Fault::over_limit(format!(
-                        "has more than {MAX_DECLARATIONS} images (lines `comment TextureFile`)"
-                    ))));
-                }
-                header.images.push(
-                    line.split_once(key)
-                        .map_or("", |(_, name)| name.trim())
-                        .to_owned(),
-                );
-            }
-            [] | ["comment" | "obj_info", ..] => {}
-            ["format", name, version] => {
-                format = Some(parse_encoding(name, version).map_err(place)?)
-            }
-            ["element", name, count] => header.add_element(name, count).map_err(place)?,
-            ["property", rest @ ..] => header.add_property(rest).map_err(place)?,
-            _ => {
-                return Err(place(Fault::invalid_input(format!(
-                    "`{}` is not a valid line of a PLY header",
-                    sanitise_text(line.trim())
-                ))));
-            }
+            "end_header" => break,
+            line => header
+                .read_line(line, &mut format, &mut unknown_line)
+                .map_err(|fault| fault.with_place(format_args!("line {number}")))?,
         }
     }
     header.encoding =
         format.ok_or_else(|| Fault::invalid_input("its header has no `format` line"))?;
+    match unknown_line {
+        Some(line) if header.elements.is_empty() => return Err(Fault::invalid_input(line)),
+        Some(line) => warnings.add(
+            WarningCode::Format,
+            format!("{line}; such lines are read as comments"),
+        ),
+        None => {}
+    }
     Ok(header)
+}
+
+/// Whether the words of a header line, which has no meaning, may be a misspelt declaration.
+fn resembles_declaration(words: &[&str]) -> bool {
+    match *words {
+        ["format" | "element" | "property", ..] => true,
+        [_, kind, ..] if kind == "list" || NumberType::from_name(kind).is_some() => true,
+        [_, _, count] => count.parse::<u64>().is_ok(),
+        _ => false,
+    }
 }
 
 fn parse_encoding(name: &str, version: &str) -> ImportResult<PlyEncoding> {
@@ -193,6 +200,43 @@ fn parse_encoding(name: &str, version: &str) -> ImportResult<PlyEncoding> {
 }
 
 impl PlyHeader {
+    /// Reads a line between the first and the last. A line that lacks the word `comment` is stored
+    /// in `unknown_line`, with its number, if it is the first.
+    fn read_line(
+        &mut self,
+        line: &str,
+        format: &mut Option<PlyEncoding>,
+        unknown_line: &mut Option<String>,
+    ) -> ImportResult<()> {
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        match words.as_slice() {
+            ["comment", key, _, ..] if key.eq_ignore_ascii_case("TextureFile") => {
+                if self.images.len() >= MAX_DECLARATIONS {
+                    return Err(Fault::over_limit(format!(
+                        "has more than {MAX_DECLARATIONS} images (lines `comment TextureFile`)"
+                    )));
+                }
+                let name = line.split_once(key).map_or("", |(_, name)| name.trim());
+                self.images.push(name.to_owned());
+            }
+            [] | ["comment" | "obj_info", ..] => {}
+            ["format", name, version] => *format = Some(parse_encoding(name, version)?),
+            ["element", name, count] => self.add_element(name, count)?,
+            ["property", rest @ ..] => self.add_property(rest)?,
+            words => {
+                let message = format!(
+                    "`{}` is not a valid line of a PLY header",
+                    sanitise_text(line)
+                );
+                if resembles_declaration(words) {
+                    return Err(Fault::invalid_input(message));
+                }
+                unknown_line.get_or_insert(format!("line {}: {message}", self.lines));
+            }
+        }
+        Ok(())
+    }
+
     fn add_element(&mut self, name: &str, count: &str) -> ImportResult<()> {
         let count = count.parse().map_err(|_| {
             Fault::invalid_input(format!(

@@ -67,16 +67,22 @@ fn import(
 ) -> ImportResult<ImportedScene> {
     let (mut budget, mut warnings) = (DecodeBudget::new(limits), Warnings::default());
     let bytes = strip_byte_order_mark(bytes);
-    let header = header::read_header(bytes)?;
+    let header = header::read_header(bytes, &mut warnings)?;
     let mut values = ValueStream::after_header(&header, bytes);
     let (mut vertices, mut faces) = (PlyVertices::default(), PlyFaces::default());
     for element in &header.elements {
         values.check_item_count(element)?;
         match element.name.as_str() {
-            "vertex" => vertices.read(element, &mut values, &mut budget)?,
+            "vertex" => vertices.read(element, &mut values, &mut budget, &mut warnings)?,
             "face" | "tristrips" => faces.read(element, &mut values, &mut budget)?,
             _ => values.skip_element(element)?,
         }
+    }
+    if let Some(line) = values.surplus_line {
+        warnings.add(
+            WarningCode::Format,
+            format!("line {line}: has more numbers than the header names; surplus numbers of lines are ignored"),
+        );
     }
     if values.remaining_bytes() > 0 {
         warnings.add(

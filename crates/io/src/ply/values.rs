@@ -2,7 +2,7 @@
 
 use super::header::{NumberType, PlyElement, PlyEncoding, PlyHeader, PlyProperty};
 use crate::import::{Fault, ImportResult, sanitise_text};
-use crate::text::{not_a_number_fault, parse_number_prefix};
+use crate::text::{not_a_number_fault, parse_number_prefix, split_lines};
 
 /// The part of a PLY file that is not read yet.
 pub(super) struct ValueStream<'b> {
@@ -10,15 +10,25 @@ pub(super) struct ValueStream<'b> {
     encoding: PlyEncoding,
     /// Current line of an ASCII file, from 1.
     line: usize,
+    /// Whether an ASCII file has as many lines as items, so that each item has its own line.
+    has_item_lines: bool,
+    /// First line with more numbers than the header names.
+    pub surplus_line: Option<usize>,
 }
 
 impl<'b> ValueStream<'b> {
     /// Creates the stream of the data after the header.
     pub fn after_header(header: &PlyHeader, bytes: &'b [u8]) -> Self {
+        let rest = bytes.get(header.bytes..).unwrap_or_default();
+        let items = header.elements.iter().map(PlyElement::item_count);
+        let lines = || split_lines(rest).filter(|line| !line.trim_ascii().is_empty());
         Self {
-            rest: bytes.get(header.bytes..).unwrap_or_default(),
+            rest,
             encoding: header.encoding,
             line: header.lines + 1,
+            has_item_lines: header.encoding == PlyEncoding::Ascii
+                && items.fold(0, u64::saturating_add) == lines().count() as u64,
+            surplus_line: None,
         }
     }
 
@@ -34,7 +44,7 @@ impl<'b> ValueStream<'b> {
 
     /// Describes the current position for messages: the element's name and the index of its item;
     /// in an ASCII file also the line.
-    pub fn describe_position(&self, element: &PlyElement, index: u64) -> String {
+    fn describe_position(&self, element: &PlyElement, index: u64) -> String {
         match self.encoding {
             PlyEncoding::Ascii => format!(
                 "line {}: {} {index}",
@@ -138,24 +148,40 @@ impl<'b> ValueStream<'b> {
         Ok(count as usize)
     }
 
+    /// Reads the items of an element by a function that reads one item. Numbers after an item that
+    /// has its own line are skipped.
+    ///
+    /// # Errors
+    /// The faults of `read_item`, with the position.
+    pub fn read_items(
+        &mut self,
+        element: &PlyElement,
+        mut read_item: impl FnMut(&mut Self) -> ImportResult<()>,
+    ) -> ImportResult<()> {
+        for index in 0..element.item_count() {
+            read_item(self)
+                .map_err(|fault| fault.with_place(self.describe_position(element, index)))?;
+            if self.has_item_lines {
+                let mut lines = self.rest.splitn(2, |byte| matches!(byte, b'\r' | b'\n'));
+                let surplus = lines.next().unwrap_or_default();
+                self.rest = self.rest.get(surplus.len()..).unwrap_or_default();
+                if !surplus.trim_ascii().is_empty() {
+                    self.surplus_line.get_or_insert(self.line);
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Skips all items of an element.
     ///
     /// # Errors
     /// A fault of kind input if the file ends inside the element.
     pub fn skip_element(&mut self, element: &PlyElement) -> ImportResult<()> {
-        // Items without properties take no bytes. A file can claim any number of such items, so
-        // that they are not counted through.
-        for index in 0..if element.properties.is_empty() {
-            0
-        } else {
-            element.count
-        } {
-            for property in &element.properties {
-                self.skip_property(property)
-                    .map_err(|fault| fault.with_place(self.describe_position(element, index)))?;
-            }
-        }
-        Ok(())
+        self.read_items(element, |values| {
+            let mut properties = element.properties.iter();
+            properties.try_for_each(|property| values.skip_property(property))
+        })
     }
 
     /// Skips the value of a property, which may be a list.

@@ -2,8 +2,8 @@
 
 use super::header::{NumberType, PlyElement, PlyProperty};
 use super::values::ValueStream;
-use crate::import::{DecodeBudget, Fault, ImportResult};
-use crate::mesh_tools::decode_vertex_colour;
+use crate::import::{DecodeBudget, Fault, ImportResult, Warnings};
+use crate::mesh_tools::{decode_vertex_colour, vertex_colour_scale};
 
 /// Number of values read for each vertex: three of position, three of normal, three of colour, and
 /// two texture coordinates.
@@ -39,7 +39,7 @@ pub(super) fn colour_channel(name: &str) -> Option<usize> {
 }
 
 /// Colours as stored in the file. Integer codes have a known scale. Floats may range to 1 or to
-/// 255, as in OBJ files; their scale follows from the largest of all colours.
+/// 255, as in OBJ files; their scale follows from all colours.
 #[derive(Default)]
 pub(super) struct VertexColours {
     stored_colours: Vec<[f32; 3]>,
@@ -66,16 +66,11 @@ impl VertexColours {
     }
 
     /// Returns all colours as linear RGBA.
-    pub fn into_linear(self) -> impl Iterator<Item = [f32; 4]> {
-        let bytes = || {
-            self.stored_colours
-                .as_flattened()
-                .iter()
-                .any(|&channel| channel > 1.0)
-        };
+    pub fn into_linear(self, warnings: &mut Warnings) -> impl Iterator<Item = [f32; 4]> + use<> {
+        let channels = self.stored_colours.as_flattened().iter().copied();
         let scale = self
             .scale
-            .unwrap_or_else(|| if bytes() { 1.0 / 255.0 } else { 1.0 });
+            .unwrap_or_else(|| vertex_colour_scale(channels, warnings));
         self.stored_colours
             .into_iter()
             .map(move |colour| decode_vertex_colour(colour.map(|channel| channel * scale)))
@@ -110,6 +105,7 @@ impl PlyVertices {
         element: &PlyElement,
         values: &mut ValueStream<'_>,
         budget: &mut DecodeBudget,
+        warnings: &mut Warnings,
     ) -> ImportResult<()> {
         let slots: Vec<Option<usize>> = element
             .properties
@@ -143,9 +139,8 @@ impl PlyVertices {
         };
         let mut painted = VertexColours::from_number_type(number(COLOUR));
         self.positions.reserve_exact(element.count as usize);
-        for index in 0..element.count {
-            let (position, row) = read_vertex(&element.properties, &slots, values)
-                .map_err(|fault| fault.with_place(values.describe_position(element, index)))?;
+        values.read_items(element, |values| {
+            let (position, row) = read_vertex(&element.properties, &slots, values)?;
             let [_, _, _, nx, ny, nz, r, g, b, u, v] = row;
             self.positions.push(position);
             self.normals.extend(normals.then_some([nx, ny, nz]));
@@ -153,8 +148,9 @@ impl PlyVertices {
             if colours {
                 painted.push([r, g, b]);
             }
-        }
-        self.colours = painted.into_linear().collect();
+            Ok(())
+        })?;
+        self.colours = painted.into_linear(warnings).collect();
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! ASCII STL: `solid`, then facets, each with a loop of corners, then `endsolid`. Keywords may have
-//! any letter case and lines any line ends. A file may contain several solids in sequence.
+//! any letter case and lines any line ends. A file may contain several solids in sequence. Words
+//! that other programs add, and ends that they omit, are warnings.
 
 use glam::DVec3;
 use raywright_core::scene::MeshData;
@@ -22,6 +23,18 @@ enum ExpectedToken {
     Vertex(Vec<f64>),
 }
 
+/// Part of a facet that is being read.
+#[derive(Default, PartialEq)]
+enum FacetState {
+    /// No facet has started.
+    #[default]
+    Outside,
+    /// The loop of the facet is not complete.
+    Open,
+    /// The loop is complete; `endfacet` is missing.
+    Complete,
+}
+
 /// State of the reader of an ASCII file.
 #[derive(Default)]
 struct StlAsciiReader {
@@ -31,8 +44,11 @@ struct StlAsciiReader {
     corners: Vec<[f64; 3]>,
     /// Corners of all loops that are complete.
     positions: Vec<[f64; 3]>,
-    /// Whether a facet has started and not ended.
-    in_facet: bool,
+    facet: FacetState,
+    /// Number of the current line, from 1.
+    line: usize,
+    /// Line and text of the first word that is no keyword.
+    unknown_word: Option<String>,
     clipper: EarClipper,
     triangles: Vec<[usize; 3]>,
 }
@@ -50,18 +66,26 @@ pub(super) fn read_ascii(
     // may need three times the memory of its elements.
     budget.reserve_memory(bytes.len(), 9)?;
     let mut reader = StlAsciiReader::default();
-    let mut last = 0;
-    for (i, line) in split_lines(bytes).enumerate() {
+    for line in split_lines(bytes) {
+        reader.line += 1;
         let line = String::from_utf8_lossy(strip_byte_order_mark(line));
-        reader
-            .read_line(&line, budget, warnings)
-            .map_err(|fault| fault.with_place(format_args!("line {}", i + 1)))?;
-        last = i + 1;
+        let read = reader.read_line(&line, budget, warnings);
+        read.map_err(|fault| fault.with_place(format_args!("line {}", reader.line)))?;
     }
-    if reader.in_facet {
+    if reader.facet == FacetState::Open {
         return Err(Fault::invalid_input(format!(
-            "line {last}: the file ends inside a facet"
+            "line {}: the file ends inside a facet",
+            reader.line
         )));
+    }
+    if let Some(word) = reader.unknown_word.take() {
+        if reader.positions.is_empty() {
+            return Err(Fault::invalid_input(word));
+        }
+        warnings.add(
+            WarningCode::Format,
+            format!("{word}; such words are ignored"),
+        );
     }
     Ok(MeshData {
         positions: reader.positions.into(),
@@ -78,7 +102,8 @@ impl StlAsciiReader {
         budget: &mut DecodeBudget,
         warnings: &mut Warnings,
     ) -> ImportResult<()> {
-        for word in line.split_whitespace() {
+        let mut words = line.split_whitespace();
+        while let Some(word) = words.next() {
             match &mut self.expected_token {
                 ExpectedToken::Word => {}
                 ExpectedToken::Normal(left) => {
@@ -102,33 +127,84 @@ impl StlAsciiReader {
                     continue;
                 }
             }
-            match word.to_ascii_lowercase().as_str() {
-                // The other words of the line are the name of the solid.
-                "solid" | "endsolid" => return Ok(()),
-                "facet" if self.in_facet => {
-                    return Err(Fault::invalid_input(
-                        "facet: the previous facet has no endfacet",
-                    ));
-                }
-                "facet" => self.in_facet = true,
-                "normal" => self.expected_token = ExpectedToken::Normal(3),
-                "outer" | "loop" => {}
-                "vertex" if !self.in_facet => {
-                    return Err(Fault::invalid_input(
-                        "vertex: does not belong to a facet; a `facet` line is missing before it",
-                    ));
-                }
-                "vertex" => self.expected_token = ExpectedToken::Vertex(Vec::with_capacity(3)),
-                "endloop" => self.finish_corner_loop(budget, warnings)?,
-                "endfacet" => self.in_facet = false,
-                other => {
-                    return Err(Fault::invalid_input(format!(
-                        "`{}` is no keyword of STL",
-                        sanitise_text(other)
-                    )));
-                }
+            let mut keyword = word.to_ascii_lowercase();
+            if keyword == "end" {
+                self.record_unknown_word(word);
+                keyword.extend(words.next().map(str::to_ascii_lowercase));
             }
+            // The other words of the line are the name of the solid, or a comment.
+            if matches!(keyword.as_str(), "solid" | "endsolid") || keyword.starts_with('#') {
+                return Ok(());
+            }
+            self.read_keyword(&keyword, budget, warnings)?;
         }
+        Ok(())
+    }
+
+    fn read_keyword(
+        &mut self,
+        keyword: &str,
+        budget: &mut DecodeBudget,
+        warnings: &mut Warnings,
+    ) -> ImportResult<()> {
+        match keyword {
+            "facet" if self.facet == FacetState::Open && self.corners.is_empty() => {
+                return Err(Fault::invalid_input(
+                    "facet: the previous facet has no endfacet",
+                ));
+            }
+            "facet" => {
+                if self.facet != FacetState::Outside {
+                    self.complete_facet(budget, warnings)?;
+                }
+                self.facet = FacetState::Open;
+            }
+            "normal" => self.expected_token = ExpectedToken::Normal(3),
+            "outer" | "loop" => {}
+            "vertex" if self.facet == FacetState::Outside => {
+                return Err(Fault::invalid_input(
+                    "vertex: does not belong to a facet; a `facet` line is missing before it",
+                ));
+            }
+            "vertex" => {
+                self.facet = FacetState::Open;
+                self.expected_token = ExpectedToken::Vertex(Vec::with_capacity(3));
+            }
+            "endloop" => {
+                self.finish_corner_loop(budget, warnings)?;
+                self.facet = FacetState::Complete;
+            }
+            "endfacet" if self.corners.is_empty() => self.facet = FacetState::Outside,
+            "endfacet" => self.complete_facet(budget, warnings)?,
+            other => self.record_unknown_word(other),
+        }
+        Ok(())
+    }
+
+    fn record_unknown_word(&mut self, word: &str) {
+        let line = self.line;
+        self.unknown_word.get_or_insert_with(|| {
+            format!(
+                "line {line}: `{}` is no keyword of STL",
+                sanitise_text(word)
+            )
+        });
+    }
+
+    /// Ends a facet that lacks the end of its loop, or its own.
+    fn complete_facet(
+        &mut self,
+        budget: &mut DecodeBudget,
+        warnings: &mut Warnings,
+    ) -> ImportResult<()> {
+        if !self.corners.is_empty() {
+            self.finish_corner_loop(budget, warnings)?;
+        }
+        self.facet = FacetState::Outside;
+        warnings.add(
+            WarningCode::Format,
+            "facets without `endloop` or `endfacet` end where the next facet begins",
+        );
         Ok(())
     }
 

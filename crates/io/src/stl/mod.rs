@@ -16,7 +16,7 @@ use std::path::Path;
 
 use crate::folder::Folder;
 use crate::import::{DecodeBudget, ImportResult, ImportedScene, Warnings};
-use crate::text::strip_byte_order_mark;
+use crate::text::{split_lines, strip_byte_order_mark};
 use crate::{Error, Limits, obj};
 
 /// Imports an STL file from its bytes.
@@ -51,15 +51,17 @@ pub(crate) fn is_stl(bytes: &[u8]) -> bool {
     is_ascii_stl(bytes) || binary::has_matching_length(bytes)
 }
 
-/// Whether bytes are an ASCII file. The first keyword must be present, and the first lines must
-/// contain only bytes of texts. The length must differ from that of a binary file with the same
-/// count of facets.
+/// Whether bytes are an ASCII file. The first keyword must be present, after lines of comments, and
+/// the first lines must contain only bytes of texts. The length must differ from that of a binary
+/// file with the same count of facets.
 fn is_ascii_stl(bytes: &[u8]) -> bool {
-    let start = strip_byte_order_mark(bytes).trim_ascii_start();
-    let begins = start
-        .get(..5)
+    let text = strip_byte_order_mark(bytes).trim_ascii_start();
+    let begins = split_lines(text)
+        .map(<[u8]>::trim_ascii_start)
+        .find(|line| !line.is_empty() && !line.starts_with(b"#"))
+        .and_then(|line| line.get(..5))
         .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    let head = start.get(..start.len().min(512)).unwrap_or_default();
+    let head = text.get(..text.len().min(512)).unwrap_or_default();
     begins
         && !head
             .iter()

@@ -706,3 +706,261 @@ fn coordinates_stay_with_their_corners() {
         [[[0.0; 2]; 3], [[0.25, 0.875], [1.0, 1.0], [0.0, 0.0]]]
     );
 }
+
+/// A triangle with texture coordinates in the material `name`, its library at `library`, and the
+/// library's content.
+fn with_library(
+    name: &str,
+    library: &str,
+    content: &str,
+) -> (tempfile::TempDir, std::path::PathBuf) {
+    let (folder, path) = write(&format!(
+        "mtllib {library}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl {name}\nf 1/1 2/1 3/1\n"
+    ));
+    let library = folder
+        .path()
+        .join(library.split(" # ").next().expect("a name"));
+    std::fs::create_dir_all(library.parent().expect("a folder")).unwrap();
+    std::fs::write(library, content).unwrap();
+    (folder, path)
+}
+
+/// Writes an image of a single texel.
+fn write_texel(path: &std::path::Path, code: u8) {
+    std::fs::create_dir_all(path.parent().expect("a folder")).unwrap();
+    let texel = image::RgbaImage::from_raw(1, 1, vec![code; 4]).expect("a texel");
+    texel.save(path).unwrap();
+}
+
+/// Protects: `#` is part of the names of materials, libraries and images. A comment behind a name
+/// is left out where no such name exists with it.
+#[test]
+fn names_keep_their_hashes() {
+    for (name, library, words) in [
+        ("Material #25", "m.mtl", ""),
+        ("Material #25  \t", "m #1.mtl", ""),
+        ("Material #25 # the red one", "m.mtl # all of them", ""),
+        ("red", "m.mtl", ""),
+        ("red # a note", "m.mtl", ""),
+        (
+            "Material #27",
+            "m.mtl",
+            "material `Material #27` is in no material library",
+        ),
+    ] {
+        let red = "Kd 1 0 0\nmap_Kd a #1.png\nmap_d b.png # a mask\n";
+        let (folder, path) = with_library(
+            name,
+            library,
+            &format!(
+                "newmtl red # a note\n{red}newmtl Material #25\n{red}newmtl Material #26\nKd 0 1 0\n"
+            ),
+        );
+        for image in ["a #1.png", "b.png"] {
+            write_texel(&folder.path().join(image), 255);
+        }
+        let file = load(&path);
+        check_sound(&file, &path);
+        let text = format!("{:?}", file.warnings);
+        assert_eq!(
+            file.warnings.len(),
+            usize::from(!words.is_empty()),
+            "{name}: {text}"
+        );
+        assert!(text.contains(words), "{name}: {text}");
+        if words.is_empty() {
+            let material = physical(&file, name.trim());
+            assert_eq!(
+                material.base_colour,
+                ColourInput::Constant(Colour([1.0, 0.0, 0.0])),
+                "{name}"
+            );
+            let images: Vec<&str> = file.scene.images.iter().map(|image| &*image.name).collect();
+            assert_eq!(images, ["a #1.png", "b.png"], "{name}");
+        }
+    }
+}
+
+/// Protects: a texture is found beside its library, below it, in the folder of the OBJ file by `..`
+/// or by its path alone, and nowhere outside. The one beside the library has precedence.
+#[test]
+fn images_are_beside_their_library() {
+    for (statement, image, found) in [
+        ("red.png", "parts/red.png", Some("parts/red.png")),
+        (
+            "maps\\red.png",
+            "parts/maps/red.png",
+            Some("parts/maps/red.png"),
+        ),
+        ("../red.png", "red.png", Some("parts/../red.png")),
+        ("red.png", "red.png", Some("red.png")),
+        (
+            "-s 2 2 1 red.png # x",
+            "parts/red.png",
+            Some("parts/red.png"),
+        ),
+        ("../../red.png", "red.png", None),
+        ("/red.png", "red.png", None),
+    ] {
+        let (folder, path) = with_library(
+            "m",
+            "parts/m.mtl",
+            &format!("newmtl m\nmap_Kd {statement}\nmap_Ke {statement}\n"),
+        );
+        write_texel(&folder.path().join(image), 255);
+        let file = load(&path);
+        check_sound(&file, &path);
+        let images: Vec<&str> = file.scene.images.iter().map(|image| &*image.path).collect();
+        assert_eq!(
+            images,
+            found.into_iter().collect::<Vec<_>>(),
+            "{statement}: {:?}",
+            file.warnings
+        );
+        assert_eq!(
+            file.warnings.len(),
+            usize::from(found.is_none()),
+            "{:?}",
+            file.warnings
+        );
+    }
+    let (folder, path) = write(
+        "mtllib a/m.mtl\nmtllib b/m.mtl\nmtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a/\nf 1/1 2/1 3/1\nusemtl b/\nf 1/1 2/1 3/1\nusemtl \nf 1/1 2/1 3/1\nusemtl c\nf 1/1 2/1 3/1\n",
+    );
+    for (place, code) in [("a/", 1), ("b/", 2), ("", 3)] {
+        write_texel(&folder.path().join(place).join("x.png"), code);
+        let text = format!("newmtl {place}\nmap_Kd x.png\nnewmtl c\nmap_Kd a/x.png\n");
+        std::fs::write(folder.path().join(place).join("m.mtl"), text).unwrap();
+    }
+    let file = load(&path);
+    check_sound(&file, &path);
+    let mut images: Vec<&str> = file.scene.images.iter().map(|image| &*image.path).collect();
+    images.sort_unstable();
+    assert_eq!(images, ["a/x.png", "b/x.png"], "{:?}", file.warnings);
+}
+
+/// Protects: a vertex colour a little above 1 is a fraction, clamped with a warning, and darkens no
+/// other; whole numbers far above 1 are codes. sRGB .3 is 0.0732.
+#[test]
+fn colours_a_little_above_one_are_fractions() {
+    for (odd, expected, warned) in [
+        ("1.000001 0.3 0.2", 0.073_239, true),
+        ("2.0 0.3 0.2", 0.073_239, true),
+        ("1e9 0.3 0.2", 0.073_239, true),
+        ("300 0.3 0.2", 0.073_239, true),
+        ("1 0.3 0.2", 0.073_239, false),
+        ("inf 0.3 nan", 0.073_239, true),
+    ] {
+        let (_folder, path) = write(&format!(
+            "v 0 0 0 {odd}\nv 1 0 0 0.9 0.3 0.2\nv 0 1 0 0.9 0.3 0.2\nf 1 2 3\n"
+        ));
+        let file = load(&path);
+        let colours = &mesh_of(&file, &file.scene.objects[0]).colours;
+        assert!(
+            colours[0][0] == 1.0 && colours.iter().all(|c| (c[1] - expected).abs() < 1e-5),
+            "{odd}: {colours:?}"
+        );
+        let text = format!("{:?}", file.warnings);
+        assert_eq!(
+            text.contains("channels above 1 are clamped"),
+            warned,
+            "{text}"
+        );
+    }
+    for (line, red) in [
+        ("255 0 0", 1.0),
+        ("300 0 0", 1.0),
+        ("64 1 0", 0.051_269),
+        ("127.5 64 254.5", 0.214_041),
+    ] {
+        let (_folder, path) = write(&format!("v 0 0 0 {line}\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+        let file = load(&path);
+        let colours = &mesh_of(&file, &file.scene.objects[0]).colours;
+        assert!((colours[0][0] - red).abs() < 1e-5, "{line}: {colours:?}");
+        assert_eq!(
+            file.warnings.len(),
+            usize::from(line.starts_with("300")),
+            "{:?}",
+            file.warnings
+        );
+    }
+}
+
+/// Protects: `illum` 4, 6, 7 and 9 with a diffuse colour are opaque, unless `d`, `Tr` or a `Tf` that
+/// is neither 0 nor 1 states transparency. A note counts the materials taken for glass.
+#[test]
+fn refraction_is_stated() {
+    let illums = [4, 6, 7, 9];
+    for (lines, glass) in [
+        ("Kd 0.8 0.1 0.1\nTf 1 1 1\nNi 1", [false; 4]),
+        (
+            "Kd 0.8 0.1 0.1\nTf 1 1 1\nd 1\nKs 0.1 0.1 0.1\nNs 18",
+            [false; 4],
+        ),
+        ("Kd 0.8 0.1 0.1\nTf 0 0 0\nTr 0", [false; 4]),
+        ("map_Kd gone.png\nTf 1 1 1", [false; 4]),
+        ("Kd 0.8 0.1 0.1\nTf 0.9 1 1", [true; 4]),
+        ("Kd 0.8 0.1 0.1\nTf 0.5", [true; 4]),
+        ("Kd 0.8 0.1 0.1\nd 0.5", [true; 4]),
+        ("Kd 0.8 0.1 0.1\nTr 0.5\nTf 0 0 0", [true; 4]),
+        ("Kd 0.01 0.01 0.01\nTf 1 1 1\nd 1\nTr 0", [true; 4]),
+        ("Kd 0 0 0\nNi 1.5", [false, true, true, false]),
+        ("Ni 1.5", [false, true, true, false]),
+    ] {
+        let faces = illums
+            .map(|illum| format!("usemtl m{illum}\nf 1 2 3\n"))
+            .concat();
+        let (folder, path) = write(&format!("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}"));
+        let library = illums.map(|illum| format!("newmtl m{illum}\nillum {illum}\n{lines}\n"));
+        std::fs::write(folder.path().join("m.mtl"), library.concat()).unwrap();
+        let file = load(&path);
+        for (illum, glass) in illums.into_iter().zip(glass) {
+            let material = physical(&file, &format!("m{illum}"));
+            assert_eq!(
+                material.transmission == 1.0.into(),
+                glass,
+                "illum {illum}\n{lines}"
+            );
+            let colour = |rgb: [f32; 3]| ColourInput::Constant(Colour(rgb.map(f64::from)));
+            if lines.contains("Tf 0 0 0") {
+                let expected = if glass { [1.0; 3] } else { [0.8, 0.1, 0.1] };
+                assert_eq!(
+                    material.base_colour,
+                    colour(expected),
+                    "illum {illum}\n{lines}"
+                );
+            }
+        }
+        let count = glass.iter().filter(|glass| **glass).count();
+        let text = format!("{:?}", file.warnings);
+        let words = format!("{count} materials taken for glass");
+        assert_eq!(text.contains(&words), count > 0, "{lines}: {text}");
+    }
+}
+
+/// Protects: numbers that old C libraries write for NaN are read as `nan` is: a vertex loses its
+/// triangles, a normal is made anew, and unused vertices do nothing.
+#[test]
+fn numbers_of_old_libraries_are_nan() {
+    for nan in ["nan", "-1.#IND00", "1.#QNAN0", "1.#INF", "-1.#J"] {
+        let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+        for (rest, triangles) in [
+            (format!("vn {nan} {nan} {nan} # x\nf 1//1 2//1 3//1"), 1),
+            (format!("v {nan} 0 0\nf 1 2 3"), 1),
+            (format!("v {nan} 0 0 # x\nf 1 2 3\nf 1 2 4"), 1),
+        ] {
+            let (_folder, path) = write(&format!("{corners}{rest}\n"));
+            let file = load(&path);
+            check_sound(&file, &path);
+            assert_eq!(triangle_count(&file), triangles, "{rest}");
+            let data = mesh_of(&file, &file.scene.objects[0]);
+            assert!(
+                data.normals.iter().all(|n| *n == [0.0, 0.0, 1.0]),
+                "{rest}: {:?}",
+                data.normals
+            );
+            let dropped = format!("{:?}", file.warnings).contains("1 triangle with vertices");
+            assert_eq!(dropped, rest.contains("f 1 2 4"), "{:?}", file.warnings);
+        }
+    }
+}

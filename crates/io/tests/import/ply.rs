@@ -696,3 +696,113 @@ fn textures_without_coordinates_are_said() {
         "{warning}"
     );
 }
+
+/// Protects: where a text has as many lines as items, numbers beyond those of the header are
+/// skipped, with a warning that names the first such line; elsewhere the numbers are a stream.
+#[test]
+fn surplus_numbers_of_lines_are_skipped() {
+    let header = format!("{XYZ}{FACES}property uchar red\n");
+    let edges = format!("element edge 1\nproperty int a\n{header}");
+    let warned = "line 14: has more numbers than the header names";
+    for (text, words) in [
+        (triangle(&header, PLACES, "3 0 1 2 9"), ""),
+        (triangle(&header, PLACES, "3 0 1 2 9 1 1 1"), "line 14"),
+        (
+            triangle(&header, ["0 0 0", "1 0 0 7 7 7", "0 1 0 7"], "3 0 1 2 9"),
+            "line 12",
+        ),
+        (
+            triangle(&edges, ["5 6\n0 0 0", "1 0 0", "\n0 1 0 7\n"], "3 0 1 2 9"),
+            "line 13",
+        ),
+        (
+            triangle(&header, ["0 0 0 1 0 0 0", "", "1 0 3 0 1 2"], "9"),
+            "",
+        ),
+    ] {
+        for end in ["\n", "\r\n"] {
+            let loaded =
+                read(text.replace('\n', end).as_bytes()).unwrap_or_else(|e| panic!("{text}: {e}"));
+            let data = mesh_of(&loaded, &loaded.scene.objects[0]);
+            assert_eq!(data.indices, [[0, 1, 2]], "{text}");
+            assert_eq!(
+                *data.positions.offsets(),
+                [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+                "{text}"
+            );
+            let text = format!("{:?}", loaded.warnings);
+            assert_eq!(
+                loaded.warnings.len(),
+                usize::from(!words.is_empty()),
+                "{text}"
+            );
+            assert!(
+                text.contains(words) && (words != "line 14" || text.contains(warned)),
+                "{text}"
+            );
+        }
+    }
+}
+
+/// Protects: a float colour a little above 1 is a fraction, for vertices and faces, clamped with a
+/// warning. sRGB .3 is 0.0732.
+#[test]
+fn float_colours_a_little_above_one_are_fractions() {
+    const RGB: &str = "property float red\nproperty float green\nproperty float blue\n";
+    for odd in ["1.000001", "2.0", "1e9"] {
+        let row = |place: &str| format!("{place} {odd} 0.3 0.2");
+        let [a, b, c] = PLACES.map(row);
+        for text in [
+            triangle(
+                &format!("{XYZ}{RGB}{FACES}"),
+                [&a, &b.replace(odd, "0.9"), &c.replace(odd, "0.9")],
+                "3 0 1 2",
+            ),
+            triangle(&format!("{XYZ}{FACES}{RGB}"), PLACES, &row("3 0 1 2")),
+        ] {
+            let loaded = read(text.as_bytes()).expect("a mesh");
+            let colour = mesh_of(&loaded, &loaded.scene.objects[0]).colours[0];
+            assert!(
+                colour[0] == 1.0 && (colour[1] - 0.073_239).abs() < 1e-5,
+                "{odd}: {colour:?}"
+            );
+            let warnings = format!("{:?}", loaded.warnings);
+            assert!(
+                warnings.contains("channels above 1 are clamped"),
+                "{warnings}"
+            );
+        }
+    }
+}
+
+/// Protects: a header line that lacks the word `comment` is a comment, with a warning; a misspelt
+/// declaration is refused with its line.
+#[test]
+fn comments_without_their_word() {
+    let text = triangle(
+        &format!("Created by a scanner\n{XYZ}more of it\n{FACES}"),
+        PLACES,
+        "3 0 1 2",
+    );
+    let loaded = read(text.as_bytes()).expect("a mesh");
+    assert_eq!(triangle_count(&loaded), 1);
+    let [warning] = loaded.warnings.as_slice() else {
+        panic!("{:?}", loaded.warnings)
+    };
+    let words = "line 3: `Created by a scanner` is not a valid line of a PLY header; such lines are read as comments";
+    assert!(warning.message.contains(words), "{warning}");
+    for line in [
+        "propery float t",
+        "propery list uchar int t",
+        "elment edge 3",
+        "element edge",
+        "format ascii",
+    ] {
+        let text = triangle(&format!("{XYZ}{line}\n{FACES}"), PLACES, "3 0 1 2");
+        let error = read(text.as_bytes()).expect_err(line).to_string();
+        assert!(
+            error.contains(&format!("line 7: `{line}` is not a valid line")),
+            "{error}"
+        );
+    }
+}

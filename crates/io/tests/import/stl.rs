@@ -356,3 +356,59 @@ fn words_without_a_colour_are_no_colours() {
         [1.0, 0.0, 0.0, 1.0]
     );
 }
+
+/// Protects: words of other programs, comments, and missing ends of loops and facets are passed
+/// over, with a warning for the words and another for the ends.
+#[test]
+fn texts_of_other_programs_are_read() {
+    let corners = "outer loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n";
+    let facet = format!("facet normal 0 0 1\n{corners}endloop\nendfacet\n");
+    let word = |line: usize, word: &str| {
+        format!("line {line}: `{word}` is no keyword of STL; such words are ignored")
+    };
+    let ends =
+        || "facets without `endloop` or `endfacet` end where the next facet begins".to_owned();
+    for (text, warning) in [
+        (
+            facet
+                .replace("endloop", "end loop")
+                .replace("endfacet", "End Facet"),
+            Some(word(7, "end")),
+        ),
+        (
+            facet.replace("endfacet", "endfacet color 0.8 0.1 0.1"),
+            Some(word(8, "color")),
+        ),
+        (
+            format!("color 0.8 0.1 0.1\n{facet}"),
+            Some(word(2, "color")),
+        ),
+        (
+            facet.replace("facet normal 0 0 1", "facet normal 0 0 1 4 color red"),
+            Some(word(2, "4")),
+        ),
+        (facet.replace("endfacet\n", ""), Some(ends())),
+        (facet.replace("endloop\n", ""), Some(ends())),
+        (format!("# facet vertex\n{facet}# vertex\n"), None),
+        (facet.replace("vertex 1 0 0", "vertex 1 0 0 # vertex"), None),
+        (
+            facet.replace("normal 0 0 1", "normal -1.#IND 1.#QNAN 0"),
+            None,
+        ),
+    ] {
+        for solid in ["solid x", "# made by hand\n#\nsolid x"] {
+            let whole = format!("{solid}\n{text}{text}endsolid x\n");
+            let loaded = read(whole.as_bytes()).unwrap_or_else(|e| panic!("{whole}: {e}"));
+            assert_eq!(triangle_count(&loaded), 2, "{whole}");
+            let found: Vec<&str> = loaded.warnings.iter().map(|w| &*w.message).collect();
+            assert_eq!(
+                found.len(),
+                usize::from(warning.is_some()),
+                "{whole}: {found:?}"
+            );
+            if let (Some(warning), false) = (&warning, solid.contains('#')) {
+                assert!(found[0].contains(warning), "{whole}: {found:?}");
+            }
+        }
+    }
+}
