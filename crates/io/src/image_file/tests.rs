@@ -334,10 +334,12 @@ fn kinds_of_pictures_are_told() {
         ImageKind::Foreign(name) => name,
         _ => "",
     };
-    assert!(
-        matches!(detect_format(b"\x89PNG\r\n\x1a\n"), ImageKind::Png)
-            && matches!(detect_format(b"\xff\xd8\xff\xe0"), ImageKind::Jpeg)
-    );
+    for (head, format) in [
+        (b"\x89PNG\r\n\x1a\n".as_slice(), ImageFormat::Png),
+        (b"\xff\xd8\xff\xe0", ImageFormat::Jpeg),
+    ] {
+        assert_eq!(detect_format(head), ImageKind::Codes(format));
+    }
     assert!(
         matches!(detect_format(b"#?RADIANCE\n"), ImageKind::Hdr)
             && [
