@@ -80,6 +80,11 @@ impl Aabb {
         !(self.min.x <= self.max.x && self.min.y <= self.max.y && self.min.z <= self.max.z)
     }
 
+    /// Whether the box can contain a surface: two of its edges have a length.
+    pub fn has_area(&self) -> bool {
+        self.extent().cmpgt(DVec3::ZERO).bitmask().count_ones() >= 2
+    }
+
     /// Centre of the box.
     pub fn centre(&self) -> DVec3 {
         (self.min + self.max) * 0.5

@@ -80,7 +80,10 @@ impl PrimitivePartition {
                     .map(|own_bounds| (own_bounds, within(slot, own_bounds).to_padded()))
                 {
                     Some((own_bounds, Some(own_padded))) => {
-                        bounds = bounds.union(own_bounds);
+                        // No ray hits a primitive without area.
+                        if own_bounds.has_area() {
+                            bounds = bounds.union(own_bounds);
+                        }
                         *padded = own_padded;
                     }
                     _ => odd = true,
@@ -270,7 +273,7 @@ impl<R: Real> Geometry<R> {
         (self.unbounded == 0).then_some(self.bounds)
     }
 
-    /// Returns the box around the bounded primitives; empty without bounded primitives.
+    /// Returns the box around the bounded primitives that have an area; empty without any.
     pub fn bounded_primitives_box(&self) -> Aabb {
         self.bounds
     }

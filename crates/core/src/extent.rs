@@ -102,15 +102,20 @@ impl SceneExtent {
     fn include_box(&mut self, bounds: Option<Aabb>) {
         match bounds {
             Some(bounds) if bounds.is_empty() => {}
-            Some(bounds) if bounds.to_padded().is_some() => self.bounds = self.bounds.union(bounds),
+            Some(bounds) if bounds.to_padded().is_some() => {
+                // No ray hits a primitive without area.
+                if bounds.has_area() {
+                    self.bounds = self.bounds.union(bounds);
+                }
+            }
             _ => self.unbounded += 1,
         }
     }
 }
 
-/// Returns the box around the triangles of a mesh as stored in `R`. With `map`, the triangles are
+/// Returns the box around the triangles of a mesh that have an area as stored in `R`. With `map`, the triangles are
 /// transformed; without it, they are relative to the mesh's own origin.
-fn mesh_bounds<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
+pub(crate) fn mesh_bounds<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
     let position = |i: u32| {
         let own = || DVec3::from(data.positions.offsets()[i as usize].map(f64::from));
         Vector::from_f64(map.map_or_else(own, |map| {
@@ -121,7 +126,21 @@ fn mesh_bounds<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
         .indices
         .iter()
         .filter_map(|corners| Triangle::<R>::new(corners.map(position)).bounds());
-    boxes.fold(Aabb::EMPTY, Aabb::union)
+    boxes.filter(Aabb::has_area).fold(Aabb::EMPTY, Aabb::union)
+}
+
+/// Iterates over the triangles of a mesh that have an area in f64, so that a ray may hit them.
+pub fn surface_triangles(data: &MeshData) -> impl Iterator<Item = [u32; 3]> {
+    let corners = |i: u32| data.positions.position(i as usize);
+    let bounds = move |indices: [u32; 3]| Triangle::<f64>::new(indices.map(corners)).bounds();
+    let has_area = move |indices: &[u32; 3]| bounds(*indices).is_none_or(|own| own.has_area());
+    data.indices.iter().copied().filter(has_area)
+}
+
+/// Whether a map reduces every surface to a line or a point.
+pub fn flattens_surfaces(map: &DAffine3) -> bool {
+    let [x, y, z] = [map.x_axis, map.y_axis, map.z_axis];
+    [x.cross(y), y.cross(z), z.cross(x)] == [DVec3::ZERO; 3]
 }
 
 #[cfg(test)]

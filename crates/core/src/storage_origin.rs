@@ -9,6 +9,7 @@ use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::{Aabb, Real, Shape as _};
 
 use crate::affine::affine_from_steps;
+use crate::extent::mesh_bounds;
 use crate::generate::all_objects;
 use crate::lookup::SceneLookup;
 use crate::motion::object_transforms_at_ends;
@@ -141,7 +142,7 @@ struct ObjectBox {
 }
 
 impl ObjectBox {
-    /// Computes the box of an object; `None` for an unbounded or empty object. `meshes` caches the
+    /// Computes the box of an object; `None` for an unbounded object and for one without area. `meshes` caches the
     /// boxes of meshes.
     fn from_object<'a>(
         object: &'a Object,
@@ -154,7 +155,7 @@ impl ObjectBox {
                 (
                     *meshes
                         .entry(name)
-                        .or_insert_with(|| Aabb::from_points(data.positions.iter())),
+                        .or_insert_with(|| mesh_bounds::<f64>(data, Some(DAffine3::IDENTITY))),
                     data.indices.len() as u64,
                 )
             }
@@ -163,7 +164,8 @@ impl ObjectBox {
         let [start, end] = object_transforms_at_ends(object)
             .unwrap_or_else(|| [affine_from_steps(&object.transform); 2]);
         let at = |map: DAffine3| {
-            Some(transform_bounds(&map, &own_bounds)).filter(|bounds| bounds.to_padded().is_some())
+            let bounds = transform_bounds(&map, &own_bounds);
+            (bounds.has_area() && bounds.to_padded().is_some()).then_some(bounds)
         };
         let (start, end) = (at(start).filter(|_| !own_bounds.is_empty())?, at(end)?);
         Some(Self {

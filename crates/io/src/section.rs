@@ -16,6 +16,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use raywright_core::affine_from_steps;
+use raywright_core::extent::{flattens_surfaces, surface_triangles};
 use raywright_core::scene::{
     Material, MaterialModel, Mesh, MeshData, MeshSource, Object, Scene, Shape, SideRule,
 };
@@ -295,10 +296,10 @@ fn coordinate_range(
 ) -> Option<[f64; 2]> {
     let along = |(object, data): (&Object, &Option<Arc<MeshData>>)| {
         let (data, map) = (data.as_ref()?, affine_from_steps(&object.transform));
-        let coordinates = data
-            .positions
-            .iter()
-            .map(|point| map.transform_point3(point)[axis]);
+        let coordinates = surface_triangles(data)
+            .flatten()
+            .filter(|_| !flattens_surfaces(&map))
+            .map(|i| map.transform_point3(data.positions.position(i as usize))[axis]);
         coordinates.fold(None, |range, x| {
             Some(range.map_or([x; 2], |[minimum, maximum]: [f64; 2]| {
                 [minimum.min(x), maximum.max(x)]

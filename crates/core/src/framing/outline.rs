@@ -7,6 +7,7 @@ use glam::DVec3;
 use raywright_bvh::{Aabb, Shape as _};
 
 use super::mesh_vertex_position;
+use crate::extent::{flattens_surfaces, surface_triangles};
 use crate::generate::{all_objects, objects_with_counts};
 use crate::lookup::SceneLookup;
 use crate::scene::{MeshData, Scene, Shape};
@@ -100,7 +101,8 @@ impl<'a> OutlinePoints<'a> {
             let maps = placed_object
                 .object_to_world_at_ends()
                 .unwrap_or([placed_object.object_to_world(); 2]);
-            for map in &maps[..1 + usize::from(maps[0] != maps[1])] {
+            let maps = &maps[..1 + usize::from(maps[0] != maps[1])];
+            for map in maps.iter().filter(|map| !flattens_surfaces(map)) {
                 let points = own
                     .iter()
                     .map(|&point| map.transform_point3(centre + point * size))
@@ -114,13 +116,12 @@ impl<'a> OutlinePoints<'a> {
     }
 }
 
-/// Returns for each vertex of a mesh whether a triangle uses it.
+/// Returns for each vertex of a mesh whether a triangle with an area uses it.
 fn find_used_vertices(data: &MeshData) -> Vec<bool> {
     let mut used = vec![false; data.positions.len()];
-    data.indices
-        .iter()
+    surface_triangles(data)
         .flatten()
-        .for_each(|&i| used[i as usize] = true);
+        .for_each(|i| used[i as usize] = true);
     used
 }
 

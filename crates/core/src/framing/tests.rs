@@ -360,3 +360,50 @@ fn outlines_are_found_without_keeping_points() {
         }
     }
 }
+
+/// Protects: what has no area does not count in a view: triangles of coinciding or collinear corners,
+/// and objects that are scaled to a point or a line. The camera is that of the scene without them, at
+/// any distance of the invisible parts.
+#[test]
+fn parts_without_area_are_not_framed() {
+    let square = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]].map(|p| p.map(f64::from));
+    let mesh = |positions: &[[f64; 3]], indices: Value| json!({ "name": "m", "source": { "inline": { "positions": positions, "indices": indices } } });
+    let shown = |transform: Value| json!({ "shape": { "mesh": "m" }, "transform": transform });
+    let faces = json!([[0, 1, 2], [0, 2, 3]]);
+    let view = |scene: Scene| {
+        let silhouette = Silhouette::from_scene(&scene);
+        let extent = crate::measure_scene_extent(&scene, Default::default()).bounds;
+        (
+            silhouette.frame_camera(silhouette.default_view(), 40.0, 1.0),
+            extent,
+        )
+    };
+    let plain = view(scene(
+        json!([shown(json!([]))]),
+        json!([mesh(&square, faces.clone())]),
+    ));
+    for far in [60.0, 1e-3, 1e6] {
+        let mut positions = square.to_vec();
+        positions.extend([
+            [far, 0.0, 0.0],
+            [2.0 * far, 0.0, 0.0],
+            [4.0 * far, 0.0, 0.0],
+        ]);
+        for degenerate in [[4, 4, 4], [4, 5, 4], [4, 5, 6]] {
+            let indices = json!([[0, 1, 2], degenerate, [0, 2, 3]]);
+            let scene = scene(
+                json!([shown(json!([]))]),
+                json!([mesh(&positions, indices)]),
+            );
+            assert_eq!(view(scene), plain, "{degenerate:?} at {far}");
+        }
+        for scale in [[0, 0, 0], [0, 1, 0]] {
+            let hidden = shown(json!([{ "scale": scale }, { "translate": [far, 0, 0] }]));
+            let scene = scene(
+                json!([shown(json!([])), hidden]),
+                json!([mesh(&square, faces.clone())]),
+            );
+            assert_eq!(view(scene), plain, "scale {scale:?} at {far}");
+        }
+    }
+}

@@ -303,3 +303,19 @@ fn sections_are_read() {
         );
     }
 }
+
+/// Protects: a position in percent counts the surfaces alone. Vertices of no triangle, triangles
+/// without area and objects that are scaled to a point do not move the plane.
+#[test]
+fn percentages_ignore_what_has_no_area() {
+    let (mut corners, mut triangles) = cube(0.0, 1.0, false);
+    corners.extend([[60.0, 0.0, 0.0], [90.0, 0.0, 0.0]]);
+    triangles.push([8, 8, 8]);
+    let hidden = json!([{ "scale": [0, 0, 0] }, { "translate": [-60, 0, 0] }]);
+    let scene = scene(
+        &[("c", data((corners, triangles)))],
+        json!([object("c", json!([])), object("c", hidden)]),
+    );
+    let (volumes, _) = left(&scene, "x=50%");
+    assert!((volumes[0] - 0.5).abs() < 1e-6, "{volumes:?}");
+}
