@@ -133,7 +133,7 @@ pub(super) fn check_cameras(
             findings.push(nothing_seen_finding(scene_facts, view, survey));
         }
         findings.extend(small_scene_finding(scene_facts, view));
-        findings.extend(focus_finding(scene_facts, view));
+        findings.extend(focus_finding(scene_facts, view, survey));
         findings.extend(aspect_finding(view));
     }
     findings
@@ -224,8 +224,14 @@ fn small_scene_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Optio
     })
 }
 
-/// Returns a finding if the lens is focused in front of or behind all objects.
-fn focus_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Option<StressFinding> {
+/// Returns a finding if the lens is focused in front of all that its rays hit, or behind all objects.
+fn focus_finding(
+    scene_facts: &SceneFacts<'_>,
+    view: &CameraView,
+    survey: &RaySurvey,
+) -> Option<StressFinding> {
+    /// Least depth in view, relative to the depth of the point that is nearest to the eye.
+    const SLANT: f64 = 0.8;
     let Projection::ThinLens {
         aperture_radius,
         focus_distance,
@@ -250,13 +256,21 @@ fn focus_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Option<Stre
     );
     let along = (centre - eye).dot(-frame.z_axis);
     let reach = half.dot(frame.z_axis.abs());
-    let [near, far] = [along - reach, along + reach];
+    let depth = |point: DVec3| (point - eye).dot(-frame.z_axis);
+    let seen = survey
+        .first_hits
+        .values()
+        .map(|hit| SLANT * depth(hit.position));
+    let near = seen
+        .reduce(f64::min)
+        .map_or(along - reach, |seen| seen.max(along - reach));
+    let far = along + reach;
     let sharpest = focus_distance.clamp(near, far);
     // The disc over which a point there is spread, at its own distance.
     let spread = 2.0 * aperture_radius * (sharpest / focus_distance - 1.0).abs();
     let pixels = spread / view.pixel_width_at(eye - frame.z_axis * sharpest);
     let reason = format!(
-        "its lens is focused at {focus_distance} metres, but all objects lie between {} and {} metres from it: even the sharpest point is blurred over {} pixels",
+        "its lens is focused at {focus_distance} metres, but all objects in view lie between {} and {} metres from it: even the sharpest point is blurred over {} pixels",
         format_decimal(near),
         format_decimal(far),
         format_decimal(pixels)

@@ -307,6 +307,18 @@ fn cameras() {
     }))
     .expect("a lens");
     assert_eq!(listed(&summarise_findings(&lens).findings), []);
+    // A floor that reaches to the camera and behind it is in view from farther away only.
+    let floor =
+        json!({ "quad": { "corner": [-9, -1.2, 9], "edge_u": [18, 0, 0], "edge_v": [0, 0, -18] } });
+    let ball = json!({ "sphere": { "centre": [0, 0, 0], "radius": 1 } });
+    let mut floored = scene(&json!({
+        "objects": [object("ball", ball, "paint"), object("floor", floor, "other")],
+    }));
+    floored.cameras[0].projection = serde_json::from_value(json!({
+        "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": 0.1, "focus_distance": 0.5 }
+    }))
+    .expect("a lens");
+    expect_finding(&floored, FindingCode::FocusNowhere, PictureWrong, &[]);
     let mut wide = scene(&json!({}));
     wide.cameras[0].aspect = Some(3.0);
     expect_finding(&wide, FindingCode::StretchedPicture, PictureWrong, &[]);
