@@ -17,14 +17,15 @@ mod rendering;
 
 use raywright_bvh::Real;
 
-use crate::effects::{EffectReport, EffectSet, RenderSetup};
+use crate::effects::{Effect, EffectReport, EffectSet, RenderSetup};
 use crate::extent::{self, SceneExtent};
 use crate::lookup::SceneLookup;
 use crate::memory::can_allocate;
 use crate::observer::Observer;
 use crate::prepare::{self, PrepareError, PreparedScene};
-use crate::scene::{Camera, Integrator, Scene};
+use crate::scene::{Camera, Integrator, Light, Scene, Sky};
 use crate::settings::{PrecisionChoice, Settings};
+use crate::studio::headlight;
 use crate::validate::Problem;
 
 pub use memory_estimate::estimate_scene_memory;
@@ -37,6 +38,7 @@ pub struct ReadyScene {
     is_path_traced: bool,
     settings: Settings,
     effects: EffectReport,
+    has_headlight: bool,
 }
 
 /// A prepared scene in its precision.
@@ -55,11 +57,31 @@ pub(crate) trait PreparedSceneTask {
 }
 
 /// Prepares a validated scene on the current thread pool: detects the effects that the scene needs,
-/// then builds their data.
+/// then builds their data. A scene whose studio cannot light the camera's surroundings is prepared
+/// once more, with a lamp at the camera.
 ///
 /// # Errors
 /// See [`PrepareError`].
 pub fn prepare(
+    scene: &Scene,
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Result<ReadyScene, PrepareError> {
+    let ready = prepare_listed_lights(scene, settings, observer)?;
+    let Some(light) = ready.missing_headlight(scene, settings.camera.as_ref()) else {
+        return Ok(ready);
+    };
+    drop(ready);
+    let mut lit_scene = scene.clone();
+    lit_scene.lights.push(light);
+    Ok(ReadyScene {
+        has_headlight: true,
+        ..prepare_listed_lights(&lit_scene, settings, observer)?
+    })
+}
+
+/// Prepares a scene with the lights that it lists.
+fn prepare_listed_lights(
     scene: &Scene,
     settings: &Settings,
     observer: &dyn Observer,
@@ -89,6 +111,7 @@ pub fn prepare(
         is_path_traced: follows_paths,
         settings: settings.clone(),
         effects: render_setup.effects,
+        has_headlight: false,
     })
 }
 
@@ -155,7 +178,13 @@ impl ReadyScene {
         };
         let simulated = effects.simulated();
         let differs = simulated != self.effects.simulated() || !settings.without.is_empty();
-        if differs || has_shutter(&settings) || has_shutter(&self.settings) {
+        let needs_headlight = || self.missing_headlight(scene, Some(camera)).is_some();
+        if self.has_headlight
+            || differs
+            || needs_headlight()
+            || has_shutter(&settings)
+            || has_shutter(&self.settings)
+        {
             return false;
         }
         let is_turned =
@@ -164,6 +193,22 @@ impl ReadyScene {
             (self.settings, self.effects) = (settings, effects);
         }
         is_turned
+    }
+
+    /// Returns a lamp at the camera if surfaces enclose it, so that the light of a studio does not
+    /// reach what it sees. A scene with emissive surfaces or lights gets none.
+    fn missing_headlight(&self, scene: &Scene, camera: Option<&Camera>) -> Option<Light> {
+        let Some(Sky::Studio(studio)) = &scene.sky else {
+            return None;
+        };
+        let simulated = self.effects.simulated();
+        let camera = camera.filter(|_| {
+            studio.strength > 0.0
+                && simulated.has(Effect::SkyLight)
+                && !simulated.has(Effect::DirectLight)
+                && !simulated.has(Effect::Emission)
+        })?;
+        each!(&self.prepared, p => p.encloses_camera(camera)).then(|| headlight(studio, camera))
     }
 
     /// Changes the greatest number of segments of a path. No prepared data depend on numbers from 2

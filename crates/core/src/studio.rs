@@ -9,9 +9,9 @@ use core::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::camera::direction_from_angles;
+use crate::camera::{direction_from_angles, eye_and_axes};
 use crate::motion::{pose_at, shutter_opening};
-use crate::scene::{Camera, Colour, Pose, Sky, Studio, Sun};
+use crate::scene::{Camera, Colour, Falloff, Light, LightKind, Pose, Sky, Studio, Sun};
 
 /// Radiance of the gradient straight down.
 const BELOW: f64 = 0.15;
@@ -72,6 +72,26 @@ pub(crate) fn studio_sky(studio: &Studio, camera: &Camera) -> Sky {
         bottom: grey(BELOW),
         top: grey(ABOVE),
         suns: suns.collect(),
+    }
+}
+
+/// Radiant intensity of the headlight, without falloff: a white surface that faces it has a radiance
+/// of 0.8.
+const HEADLIGHT: f64 = 2.5;
+
+/// Returns the headlight, a lamp at a camera that surfaces enclose.
+pub(crate) fn headlight(studio: &Studio, camera: &Camera) -> Light {
+    let (eye, _) = eye_and_axes(&pose_at(camera, shutter_opening(camera)));
+    Light {
+        name: "headlight".to_owned(),
+        kind: LightKind::Point {
+            position: eye.to_array(),
+            falloff: Falloff::None,
+            range: None,
+        },
+        colour: Colour([HEADLIGHT * studio.strength; 3]),
+        shadows: true,
+        specular: true,
     }
 }
 

@@ -144,6 +144,15 @@ pub(crate) fn apply_environment(
     if shortage.is_some() && !is_model {
         scene.sky = Some(neutral_sky());
     }
+    // A model with lights of its own stands in front of the studio's backdrop, without its light.
+    if is_model && options.source.is_none() && scene.sky.is_none() {
+        scene.sky = Some(Sky::Studio(Studio {
+            strength: 0.0,
+            backdrop: options.backdrop,
+            ground: false,
+            ..Studio::default()
+        }));
+    }
     Ok(shortage)
 }
 

@@ -264,8 +264,8 @@ impl From<Precision> for PrecisionChoice {
 #[command(next_help_heading = "Display (PNG)")]
 pub struct DisplayArgs {
     /// Brighten by stops: 1 doubles, -1 halves. auto chooses whole stops with which at most a tenth
-    /// of the picture is clipped or black; all pictures of a scene take the stops of the first
-    /// [default: the scene's; for models 0]
+    /// of the lit objects in view is clipped or black; all pictures of a scene take the stops of the
+    /// first [default: the scene's; for models 0, or what their own lights call for]
     #[arg(long, value_name = "STOPS|auto", value_parser = values::parse_exposure, allow_hyphen_values = true)]
     pub exposure: Option<ExposureChoice>,
 

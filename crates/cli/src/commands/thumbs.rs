@@ -16,7 +16,7 @@ use raywright_io::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::args::ThumbsArgs;
+use crate::args::{ExposureChoice, ThumbsArgs};
 use crate::console::{self, Verbosity};
 use crate::early_stage::EarlyStageGuard;
 use crate::failure::{Exit, Failure};
@@ -267,8 +267,16 @@ fn render_thumbnail(
         ..own_settings
     };
     let watch = RunObserver::with_stop_flag(stop);
-    let rendered = threads
-        .run(|| prepare_loaded(loaded, &settings, &watch).map(|ready| ready.render(&watch)))?;
+    // The exposure is automatic, because no user chooses it for each model.
+    let mut display = Display::from_render(&loaded.scene.render);
+    let requested = (display, Some(ExposureChoice::Auto));
+    let rendered = threads.run(|| {
+        let mut ready = prepare_loaded(loaded, &settings, &watch)?;
+        let chosen = plan::choose_exposure(loaded, &ready, requested, &watch);
+        ready.set_backdrop_exposure(chosen.lights);
+        display.exposure_stops = chosen.display.unwrap_or(display.exposure_stops);
+        Ok::<_, Failure>(ready.render(&watch))
+    })?;
     if !rendered.finished {
         return Err(Failure::new(Exit::Interrupted, "interrupted"));
     }
@@ -285,9 +293,6 @@ fn render_thumbnail(
         ..PictureMetadata::default()
     };
     create_parent_folder(picture)?;
-    // The exposure is automatic, because no user chooses it for each model.
-    let display = Display::from_render(&loaded.scene.render)
-        .with_unclipped_exposure(rendered.final_picture());
     Ok(write_png(
         picture,
         rendered.final_picture(),

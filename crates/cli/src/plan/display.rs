@@ -2,8 +2,63 @@
 
 use raywright_core::display::Display;
 use raywright_core::picture::Picture;
+use raywright_core::{Observer, ReadyScene};
+use raywright_io::{LoadedScene, SceneFormat};
 
+use super::PicturePlan;
 use crate::args::{DisplayArgs, ExposureChoice};
+
+/// Exposures of a picture, chosen before its render from a small picture of the whole view. They do
+/// not depend on crop, part, samples and seed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ChosenExposure {
+    /// Exposure of the display in stops; `None`: as planned.
+    pub display: Option<f64>,
+    /// Exposure in stops for which a model's own lights call; 0 where the model states no lights.
+    pub lights: f64,
+}
+
+/// Chooses the exposure of a prepared scene: for a model with lights of its own that which shows its
+/// objects, unless another is requested, and with `auto` one that clips few pixels of objects.
+pub fn choose_exposure(
+    loaded: &LoadedScene,
+    ready: &ReadyScene,
+    (display, requested): (Display, Option<ExposureChoice>),
+    observer: &dyn Observer,
+) -> ChosenExposure {
+    let is_model = !matches!(loaded.source.format, SceneFormat::Native(_));
+    let has_own_lights = is_model && !loaded.scene.lights.is_empty();
+    let is_auto = requested == Some(ExposureChoice::Auto);
+    if !has_own_lights && !is_auto {
+        return ChosenExposure::default();
+    }
+    let colours = ready.survey_lit_objects(observer);
+    let own = Display::from_render(&loaded.scene.render);
+    let lights = own
+        .find_exposure_of_objects(&colours)
+        .filter(|_| has_own_lights);
+    let exposed = Display {
+        exposure_stops: lights.unwrap_or(display.exposure_stops),
+        ..display
+    };
+    let unclipped = exposed
+        .find_unclipped_exposure_of_colours(&colours)
+        .filter(|_| is_auto);
+    ChosenExposure {
+        display: unclipped
+            .or(lights)
+            .filter(|_| requested.is_none() || is_auto),
+        lights: lights.unwrap_or(0.0),
+    }
+}
+
+impl PicturePlan {
+    /// Applies a chosen exposure to the picture, and to the backdrop of its studio.
+    pub fn apply_exposure(&mut self, chosen: ChosenExposure, ready: &mut ReadyScene) {
+        ready.set_backdrop_exposure(chosen.lights);
+        self.display.exposure_stops = chosen.display.unwrap_or(self.display.exposure_stops);
+    }
+}
 
 /// Returns the display settings of a scene or a file, as changed by the flags.
 pub fn apply_display_flags(requested: &DisplayArgs, display: Display) -> Display {
@@ -26,8 +81,14 @@ pub fn apply_display_and_exposure(
     picture: &Picture,
 ) -> Display {
     let display = apply_display_flags(requested, own_display);
-    match requested.exposure {
-        Some(ExposureChoice::Auto) => display.with_unclipped_exposure(picture),
-        Some(ExposureChoice::Stops(_)) | None => display,
+    let better = display
+        .find_unclipped_exposure(picture)
+        .filter(|_| requested.exposure == Some(ExposureChoice::Auto));
+    Display {
+        exposure_stops: better.unwrap_or(display.exposure_stops),
+        ..display
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -25,7 +25,9 @@ use crate::args::{
 use crate::console::Verbosity;
 use crate::failure::Failure;
 use crate::scene_input;
-pub use display::{apply_display_and_exposure, apply_display_flags};
+pub use display::{
+    ChosenExposure, apply_display_and_exposure, apply_display_flags, choose_exposure,
+};
 pub use loading::{build_limits, build_load_options};
 pub use rungs::RungChoices;
 pub use settings::{PicturePlan, quick_preview_sampling};

@@ -27,8 +27,8 @@ pub struct PicturePlan {
     pub settings: Settings,
     /// Conversion of pixel values to display values, for all formats but EXR.
     pub display: Display,
-    /// Whether the exposure is chosen automatically from the rendered picture.
-    pub has_auto_exposure: bool,
+    /// Exposure that the user requests; `None`: that of the scene, or of a model's own lights.
+    pub requested_exposure: Option<ExposureChoice>,
 }
 
 impl RenderTask {
@@ -114,14 +114,13 @@ impl RenderTask {
             ..apply_display_flags(display, Display::from_render(&scene.render))
         };
         self.choices.apply(scene, &mut settings)?;
-        let is_exposed = self.overrides.display.exposure == Some(ExposureChoice::Auto);
         Ok(PicturePlan {
             display: Display {
                 output: settings.output,
                 ..display
             },
             settings,
-            has_auto_exposure: is_exposed,
+            requested_exposure: self.overrides.display.exposure,
         })
     }
 

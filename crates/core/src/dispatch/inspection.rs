@@ -9,9 +9,21 @@ use crate::prepare::{LightLeak, TableSizes, UnreachedLight, UnresolvedGap};
 use crate::settings::Settings;
 
 impl ReadyScene {
-    /// Returns the radiance of the studio's backdrop; `None` if camera rays do not see a backdrop.
+    /// Returns the radiance of the studio's backdrop at an exposure of 0; `None` if camera rays do
+    /// not see a backdrop.
     pub fn studio_backdrop_radiance(&self) -> Option<f64> {
         each!(&self.prepared, prepared => prepared.studio_backdrop)
+    }
+
+    /// Sets the exposure in stops at which the studio's backdrop has its radiance.
+    pub fn set_backdrop_exposure(&mut self, stops: f64) {
+        each!(&mut self.prepared, prepared => prepared.set_backdrop_exposure(stops));
+    }
+
+    /// Whether a lamp at the camera lights the scene, because surfaces around the camera keep the
+    /// studio's light out.
+    pub fn has_headlight(&self) -> bool {
+        self.has_headlight
     }
 
     /// Whether the picture depends on the seed. It does with path tracing, and with samples at

@@ -18,6 +18,11 @@ use crate::settings::{Aov, Crop, Sampling, Settings};
 /// among the threads.
 const PREVIEW_TILE: u32 = 16;
 
+/// Greatest width and height in pixels of the picture from which an exposure is chosen, and its
+/// samples per pixel.
+const SURVEY_EDGE: u32 = 64;
+const SURVEY_SAMPLES: u32 = 16;
+
 /// Observer that ends a render early: when 1/2ᵏ of all samples are finished and every pixel has a
 /// sample. k is `halving`.
 struct StageObserver<'a> {
@@ -117,9 +122,12 @@ impl ReadyScene {
         observer: &dyn Observer,
     ) -> RenderOutput {
         let edge = edge.max(1);
+        let sampling = match self.settings.sampling {
+            Sampling::General(maximum) => Sampling::General(samples.clamp(1, maximum)),
+            fixed => fixed,
+        };
         let value_of = |pixels: u32| pixels.div_ceil(edge);
         let settings = Settings {
-            size: self.settings.size.map(value_of),
             crop: self.settings.crop.map(|crop| {
                 let [x, y] = [crop.x, crop.y].map(|start| start / edge);
                 Crop {
@@ -129,9 +137,49 @@ impl ReadyScene {
                     height: value_of(crop.y + crop.height) - y,
                 }
             }),
-            sampling: match self.settings.sampling {
+            ..self.preview_settings(edge, sampling, layers)
+        };
+        self.render_with_large_pixels(edge, &settings, observer)
+    }
+
+    /// Returns the colours of lit objects in a small picture of the whole view: of each pixel that
+    /// shows an object with radiance, or of each pixel with radiance if no object is in view. They do
+    /// not depend on crop, samples, seed and parts.
+    pub fn survey_lit_objects(&self, observer: &dyn Observer) -> Vec<[f32; 3]> {
+        let edge = self.settings.size[0]
+            .max(self.settings.size[1])
+            .div_ceil(SURVEY_EDGE);
+        let sampling = match self.settings.sampling {
+            Sampling::General(_) => Sampling::General(SURVEY_SAMPLES),
+            fixed => fixed,
+        };
+        let settings = Settings {
+            crop: None,
+            seed: 0,
+            ..self.preview_settings(edge, sampling, &[Aov::Object])
+        };
+        let picture = self
+            .render_with_large_pixels(edge, &settings, observer)
+            .picture;
+        let objects = picture.layer("object.id");
+        let shows_object = |pixel: usize| objects.is_some_and(|layer| layer.samples[pixel] >= 0.0);
+        let pixels = 0..picture.rgb.len();
+        let is_empty = !pixels.clone().any(shows_object);
+        pixels
+            .filter(|&pixel| is_empty || shows_object(pixel))
+            .filter_map(|pixel| picture.surface_colour(pixel))
+            .filter(|colour| colour.iter().any(|&channel| channel > 0.0))
+            .collect()
+    }
+
+    /// Returns the settings of a preview with pixels that are `edge` times as wide and high. Of a
+    /// fixed pattern, the preview has the centre alone.
+    fn preview_settings(&self, edge: u32, sampling: Sampling, layers: &[Aov]) -> Settings {
+        Settings {
+            size: self.settings.size.map(|pixels| pixels.div_ceil(edge)),
+            sampling: match sampling {
                 Sampling::Pattern(_) => Sampling::Pattern(SamplePattern::Centre),
-                Sampling::General(maximum) => Sampling::General(samples.clamp(1, maximum)),
+                general => general,
             },
             aovs: layers.to_vec(),
             max_error: None,
@@ -139,16 +187,25 @@ impl ReadyScene {
             replicates: None,
             tile_size: PREVIEW_TILE,
             ..self.settings.clone()
-        };
+        }
+    }
+
+    /// Renders a preview whose pixels are `edge` times as wide and high as the picture's.
+    fn render_with_large_pixels(
+        &self,
+        edge: u32,
+        settings: &Settings,
+        observer: &dyn Observer,
+    ) -> RenderOutput {
         let mut film = Film::new(
             "",
-            &settings,
-            FilmPlan::new(&settings, self.depends_on_seed(), self.has_ground()),
+            settings,
+            FilmPlan::new(settings, self.depends_on_seed(), self.has_ground()),
         );
         let part = film.full_part();
         each!(&self.prepared, prepared => {
             let camera = prepared.camera.with_preview_pixels(edge);
-            self.render_with_integrator((prepared, &camera), &settings, (&mut film, &part), observer);
+            self.render_with_integrator((prepared, &camera), settings, (&mut film, &part), observer);
         });
         RenderOutput::from_film_without_denoising(&film)
     }

@@ -12,6 +12,8 @@ pub struct Clipping {
     pub clipped: f64,
     /// Fraction of pixels shown as black, though their radiance is not zero.
     pub black: f64,
+    /// Fraction of pixels shown as black or nearly so, with any radiance.
+    pub dark: f64,
 }
 
 /// Greatest tolerated fraction of clipped pixels, and of pixels shown as black though their
@@ -23,7 +25,13 @@ const LOOKED_AT: usize = 1 << 14;
 /// Least 8-bit code of a channel that may count as clipped.
 const BRIGHT: u8 = 240;
 /// Largest change of the exposure, in stops.
-const STOPS: i32 = 12;
+const STOPS: i32 = 48;
+/// Fraction of clipped pixels above which the objects of a file need another exposure.
+const MOSTLY: f64 = 0.5;
+/// Least number of stops by which objects are too dark to be discerned.
+const DARK_STOPS: f64 = 6.0;
+/// Greatest 8-bit code that looks black.
+const DARK: u8 = 10;
 
 impl Display {
     /// Returns the fractions of clipped and of black pixels, estimated from at most 16,384 pixels.
@@ -37,15 +45,20 @@ impl Display {
     ///   number of whole stops that clips no more than this fraction.
     /// - Otherwise, more than [`MOST_CLIPPED`] of the pixels are black though they have radiance:
     ///   the exposure is increased in the same manner.
-    /// - Neither is so, or twelve stops do not suffice: `None`.
+    /// - Neither is so, or no exposure suffices: `None`.
     pub fn find_unclipped_exposure(self, picture: &Picture) -> Option<f64> {
-        let colours = sample_colours(picture);
+        self.find_unclipped_exposure_of_colours(&sample_colours(picture))
+    }
+
+    /// Returns a better exposure for pixels of these colours, as
+    /// [`Display::find_unclipped_exposure`] does.
+    pub fn find_unclipped_exposure_of_colours(self, colours: &[[f32; 3]]) -> Option<f64> {
         let share = |stops: f64| {
             Self {
                 exposure_stops: stops,
                 ..self
             }
-            .clipping_of_colours(&colours)
+            .clipping_of_colours(colours)
         };
         let own = share(self.exposure_stops);
         let (step, of): (f64, fn(Clipping) -> f64) = match own {
@@ -58,21 +71,25 @@ impl Display {
             .find(|&stops| of(share(stops)) <= MOST_CLIPPED)
     }
 
-    /// Returns the display settings with a better exposure for the picture
-    /// ([`Display::find_unclipped_exposure`]). Without a better exposure, the settings are unchanged.
-    pub fn with_unclipped_exposure(self, picture: &Picture) -> Self {
-        Self {
-            exposure_stops: self
-                .find_unclipped_exposure(picture)
-                .unwrap_or(self.exposure_stops),
-            ..self
-        }
+    /// Returns the exposure in stops for objects whose file states no exposure, given the colours of
+    /// their lit pixels. If most of the pixels are clipped, or hardly any pixel is bright enough to be
+    /// discerned, the exposure is the number of whole stops that shows the brightest tenth from a
+    /// radiance of about 1 on. `None` if the exposure of the settings serves.
+    pub fn find_exposure_of_objects(self, colours: &[[f32; 3]]) -> Option<f64> {
+        let brightest = |colour: &[f32; 3]| colour.iter().copied().fold(0.0, f32::max);
+        let mut levels: Vec<f32> = colours.iter().map(brightest).collect();
+        levels.sort_unstable_by(f32::total_cmp);
+        let bright = *levels.get((levels.len() as f64 * (1.0 - MOST_CLIPPED)) as usize)?;
+        let stops = -libm::log2(f64::from(bright)).round();
+        let is_off = self.clipping_of_colours(colours).clipped > MOSTLY
+            || stops - self.exposure_stops >= DARK_STOPS;
+        (is_off && stops.is_finite()).then_some(stops)
     }
 
     /// Returns the fractions of clipped and of black colours.
     pub(crate) fn clipping_of_colours(self, colours: &[[f32; 3]]) -> Clipping {
         let map = self.build_map();
-        let (mut clipped, mut black) = (0, 0);
+        let (mut clipped, mut black, mut dark) = (0, 0, 0);
         for &colour in colours {
             let codes = map.codes(colour);
             // The doubled radiance is evaluated for bright pixels only.
@@ -80,10 +97,15 @@ impl Display {
             let spent = || is_saturated(codes, map.codes(colour.map(|channel| 2.0 * channel)));
             clipped += usize::from(bright && (codes.contains(&255) || spent()));
             black += usize::from(codes == [0; 3] && colour.iter().any(|&channel| channel > 0.0));
+            dark += usize::from(codes.iter().all(|&code| code <= DARK));
         }
-        let [clipped, black] =
-            [clipped, black].map(|count| count as f64 / colours.len().max(1) as f64);
-        Clipping { clipped, black }
+        let [clipped, black, dark] =
+            [clipped, black, dark].map(|count| count as f64 / colours.len().max(1) as f64);
+        Clipping {
+            clipped,
+            black,
+            dark,
+        }
     }
 }
 
@@ -180,6 +202,35 @@ mod tests {
         );
     }
 
+    /// Protects: objects lit by a sun of any strength are shown at a radiance of about 1, and dark
+    /// objects too; a few clipped pixels, a dim picture and one without light keep their exposure.
+    #[test]
+    fn objects_get_the_exposure_of_their_brightest_tenth() {
+        let display = Display {
+            tone_map: crate::scene::ToneMap::KhronosNeutral,
+            ..Display::PLAIN
+        };
+        let at = |level: f32| {
+            let ramp = (0..100)
+                .map(|i| [level * (i as f32 + 1.0) / 91.0; 3])
+                .collect::<Vec<_>>();
+            display.find_exposure_of_objects(&ramp)
+        };
+        for (level, stops) in [
+            (2049.0, -11.0),
+            (68_300.0, -16.0),
+            (1e9, -30.0),
+            (1e-3, 10.0),
+        ] {
+            assert_eq!(at(level), Some(stops), "{level}");
+        }
+        assert_eq!([1.0, 2.0, 0.1, 0.03, 0.0].map(at), [None; 5]);
+        assert_eq!(at(f32::INFINITY), None);
+        assert_eq!(display.find_exposure_of_objects(&[]), None);
+        let lamps = [vec![[0.5; 3]; 60], vec![[1e4; 3]; 40]].concat();
+        assert_eq!(display.find_exposure_of_objects(&lamps), None);
+    }
+
     /// Protects: uncovered pixels are ignored, and a partly covered pixel counts with its own
     /// colour.
     #[test]
@@ -190,7 +241,7 @@ mod tests {
             Display::PLAIN.estimate_clipping(&picture),
             Clipping {
                 clipped: 0.5,
-                black: 0.0
+                ..Clipping::default()
             }
         );
     }

@@ -61,6 +61,8 @@ pub(super) struct EffectFacts {
     pub unbounded_shape: FirstUsePath,
     pub sky: FirstUsePath,
     pub sky_map: FirstUsePath,
+    /// Whether the sky is a backdrop without light.
+    pub is_sky_dark: bool,
     /// Studio whose ground shows shadows.
     pub ground: FirstUsePath,
     /// First material of an imported file with properties that the scene format cannot represent.
@@ -130,11 +132,12 @@ impl EffectFacts {
 
     /// Returns the path of a surface on which the light of the sky is visible.
     pub fn surface_lit_by_sky(&self, paths: bool) -> Option<&String> {
-        if paths {
+        let surface = if paths {
             self.surface_lit_by_lamps(true)
         } else {
             self.lit_physical.as_ref()
-        }
+        };
+        surface.filter(|_| !self.is_sky_dark)
     }
 
     /// Returns the path of a surface that diffuses light to other surfaces.

@@ -103,7 +103,7 @@ impl<R: Real> PreparedScene<R> {
     /// - Distance: that of the nearest occluder. Without `want_distance`, an opaque occluder may
     ///   end the traversal early, and the distance may be too large.
     #[inline]
-    pub(super) fn trace_shadow(
+    pub(crate) fn trace_shadow(
         &self,
         (ray, range): (&Ray<R>, Interval<R>),
         target: &ShadowRayTarget<R>,

@@ -67,6 +67,7 @@ impl<R: Real> PreparedScene<R> {
             },
             ground: None,
             studio_backdrop: None,
+            backdrop_factor: 1.0,
             irradiance: parts.irradiance,
             camera: parts.camera,
             rules: PreparedClassicRules::new(&scene.classic),

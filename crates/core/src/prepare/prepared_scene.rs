@@ -88,8 +88,10 @@ pub(crate) struct PreparedScene<R: Real> {
     pub(crate) backdrop: Option<Backdrop<R>>,
     /// Invisible ground of a studio, whose shadow dims the backdrop; `None` without a ground.
     pub(crate) ground: Option<StudioGround<R>>,
-    /// Radiance of a studio's backdrop; `None` until the first camera is set.
+    /// Radiance of a studio's backdrop at an exposure of 0; `None` until the first camera is set.
     pub(crate) studio_backdrop: Option<f64>,
+    /// Factor on the backdrop's radiance, which undoes the exposure of the picture.
+    pub(crate) backdrop_factor: f64,
     /// Cosine-weighted mean of the sky's radiance; `None` if no material reads it.
     pub(crate) irradiance: Option<Irradiance<R>>,
     pub(crate) camera: PreparedCamera<R>,

@@ -40,6 +40,14 @@ impl<R: Real> Backdrop<R> {
         }
     }
 
+    /// Multiplies the radiance by a factor.
+    pub fn scale(&mut self, factor: R) {
+        match self {
+            Self::Constant(radiance) => *radiance = *radiance * factor,
+            Self::Studio { radiance, .. } => *radiance = *radiance * factor,
+        }
+    }
+
     /// Returns the radiance along a unit direction.
     #[inline]
     pub fn radiance(&self, direction: R::Vec3) -> R::Vec3 {

@@ -9,14 +9,16 @@ use raywright_bvh::{Interval, Ray, Real, Vector};
 use super::material::PreparedMaterial;
 use super::prepared_scene::PreparedScene;
 use super::studio::{Backdrop, StudioGround};
-use crate::camera::direction_from_angles;
+use crate::camera::{direction_from_angles, eye_and_axes};
 use crate::display::curve::{encode_transfer, luminance};
 use crate::effects::{Effect, EffectSet};
 use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
-use crate::light::{SkyRadiance, SphereGrid};
+use crate::light::{ShadowRayTarget, SkyRadiance, SphereGrid};
+use crate::motion::{pose_at, shutter_opening};
 use crate::scene::{Camera, Studio, TransferCurve};
 use crate::settings::{Background, Settings};
+use crate::storage_origin::camera_relative_to;
 
 impl<R: Real> StudioGround<R> {
     /// Creates the ground below a scene, lit by a sky. `None` if the scene has no objects or
@@ -91,7 +93,46 @@ impl<R: Real> PreparedScene<R> {
             }
         });
         self.studio_backdrop = Some(radiance);
-        self.backdrop = Some(Backdrop::from_studio(radiance, camera));
+        self.backdrop = Some(Backdrop::from_studio(
+            radiance * self.backdrop_factor,
+            camera,
+        ));
+    }
+
+    /// Sets the exposure in stops at which the backdrop of a studio has its radiance.
+    pub(crate) fn set_backdrop_exposure(&mut self, stops: f64) {
+        let factor = libm::exp2(-stops);
+        if let Some(backdrop) = self
+            .backdrop
+            .as_mut()
+            .filter(|_| self.studio_backdrop.is_some())
+        {
+            backdrop.scale(R::from_f64(factor / self.backdrop_factor));
+        }
+        self.backdrop_factor = factor;
+    }
+
+    /// Whether surfaces keep the light of a studio from a camera: they block at least 15 of 16
+    /// directions.
+    pub(crate) fn encloses_camera(&self, camera: &Camera) -> bool {
+        const DIRECTIONS: u32 = 256;
+        let view = camera_relative_to(self.origin.origin, camera);
+        let (eye, _) = eye_and_axes(&pose_at(&view, shutter_opening(&view)));
+        let is_open = |i: &u32| {
+            // The golden spiral covers the sphere evenly.
+            let height = 1.0 - f64::from(2 * i + 1) / f64::from(DIRECTIONS);
+            let turn = f64::from(*i) * PI * (3.0 - 5.0_f64.sqrt());
+            let ring = (1.0 - height * height).sqrt();
+            let direction = DVec3::new(ring * libm::cos(turn), height, ring * libm::sin(turn));
+            let ray = Ray::new(Vector::from_f64(eye), Vector::from_f64(direction));
+            let range = Interval {
+                min: R::ZERO,
+                max: R::INFINITY,
+            };
+            let target = ShadowRayTarget::Infinity;
+            self.trace_shadow((&ray, range), &target, false).share > R::ZERO
+        };
+        (0..DIRECTIONS).filter(is_open).count() * 16 <= DIRECTIONS as usize
     }
 
     /// Returns the median display brightness, 0 to 1, of the surfaces that parallel rays from six

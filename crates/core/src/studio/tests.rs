@@ -139,3 +139,99 @@ fn white_is_bright_and_nowhere_clipped() {
         );
     }
 }
+
+/// Returns a scene in a studio: the faces of a box around the origin that `faces` lists, 0 to 5, and
+/// with the keys of its material.
+fn room(faces: &[usize], side: &str, material: serde_json::Value) -> crate::Scene {
+    let quad = |face: usize| {
+        let (axis, sign) = (face / 2, if face % 2 == 0 { -2.0 } else { 2.0 });
+        let (mut corner, mut u, mut v) = ([-2.0; 3], [0.0; 3], [0.0; 3]);
+        (corner[axis], u[(axis + 1) % 3], v[(axis + 2) % 3]) = (sign, 4.0, 4.0);
+        if face % 2 == 0 {
+            core::mem::swap(&mut u, &mut v);
+        }
+        serde_json::json!({ "shape": { "quad": { "corner": corner, "edge_u": u, "edge_v": v } },
+            "side": side, "material": "m" })
+    };
+    serde_json::from_value(serde_json::json!({
+        "format": 1,
+        "sky": { "studio": {} },
+        "materials": [{ "name": "m", "model": { "physical": material } }],
+        "objects": faces.iter().copied().map(quad).collect::<Vec<_>>(),
+    }))
+    .unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Returns whether a lamp at the camera lights the scene, and the mean radiance of its picture.
+fn look_from(scene: &crate::Scene, eye: [f64; 3]) -> (bool, f32) {
+    let pose = Pose::LookAt {
+        eye,
+        target: [0.0, 0.0, -2.0],
+        up: [0.0, 1.0, 0.0],
+    };
+    let pinhole = crate::scene::Pinhole {
+        vertical_fov: Some(40.0),
+        ..Default::default()
+    };
+    let settings = crate::Settings {
+        size: [8, 8],
+        sampling: crate::settings::Sampling::General(16),
+        camera: Some(Camera {
+            projection: crate::scene::Projection::Pinhole(pinhole),
+            ..camera(pose)
+        }),
+        ..Default::default()
+    };
+    let ready = crate::prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
+    let rgb = ready.render(&()).picture.rgb;
+    let mean = rgb.iter().map(|pixel| pixel[0]).sum::<f32>() / rgb.len() as f32;
+    (ready.has_headlight(), mean)
+}
+
+/// Protects: a closed room without light is lit from the camera within, whichever way its faces
+/// point; a room with an open side, a room seen from outside, one with a lamp of its own and one
+/// without the studio's light are not.
+#[test]
+fn enclosed_cameras_carry_a_lamp() {
+    let plain = || serde_json::json!({});
+    let all = [0, 1, 2, 3, 4, 5];
+    for side in ["both", "inside"] {
+        let (has_lamp, mean) = look_from(&room(&all, side, plain()), [0.3, 0.2, 1.5]);
+        assert!(has_lamp && (0.2..1.0).contains(&mean), "{side}: {mean}");
+    }
+    let closed = room(&all, "both", plain());
+    assert!(!look_from(&closed, [0.3, 0.2, 9.0]).0, "from outside");
+    let (has_lamp, mean) = look_from(&room(&all[..5], "both", plain()), [0.3, 0.2, 1.5]);
+    assert!(!has_lamp && mean > 0.02, "an open side: {mean}");
+    let lamp = room(&all, "both", serde_json::json!({ "emission": 0.3 }));
+    assert!(!look_from(&lamp, [0.3, 0.2, 1.5]).0, "a lamp of its own");
+    let mut unlit = closed.clone();
+    unlit.sky = Some(Sky::Studio(Studio {
+        strength: 0.0,
+        ..Studio::default()
+    }));
+    assert!(!look_from(&unlit, [0.3, 0.2, 1.5]).0, "a backdrop alone");
+}
+
+/// Protects: a prepared scene takes another camera into a closed room, and out of it, only by a new
+/// preparation.
+#[test]
+fn cameras_that_enter_a_room_are_prepared_anew() {
+    let scene = room(&[0, 1, 2, 3, 4, 5], "both", serde_json::json!({}));
+    let at = |z: f64| camera(look([0.1, 0.2, z], [0.0, 1.0, 0.0]));
+    let prepared = |z: f64| {
+        let settings = crate::Settings {
+            size: [8, 8],
+            camera: Some(at(z)),
+            ..Default::default()
+        };
+        crate::prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"))
+    };
+    for (from, to, is_kept) in [(9.0, 8.0, true), (9.0, 1.0, false), (1.0, 9.0, false)] {
+        assert_eq!(
+            prepared(from).replace_camera(&scene, &at(to)),
+            is_kept,
+            "{from} to {to}"
+        );
+    }
+}

@@ -94,7 +94,7 @@ fn skies_are_turned_and_weighed() {
 
 /// Protects: a scene without light gets a visible environment, with the reason, unless the user
 /// chose none: the neutral sky for a native scene, where dim light is enough, and the studio
-/// for a model whose own lights are too faint.
+/// for a model whose own lights are too faint. A model with lights of its own gets the backdrop.
 #[test]
 fn scenes_that_would_be_black_get_light() {
     let to_light = [0.0, 1.0, 0.0];
@@ -141,7 +141,15 @@ fn scenes_that_would_be_black_get_light() {
             .expect("no file");
             (added, scene.sky, scene.lights.len())
         };
-        let (why, sky) = expected.unzip();
+        let (why, mut sky) = expected.unzip();
+        if brightness == Some(1.0) {
+            // The backdrop alone, without light and ground.
+            sky = Some(Sky::Studio(Studio {
+                strength: 0.0,
+                ground: false,
+                ..Studio::default()
+            }));
+        }
         assert_eq!(
             lit(&EnvironmentOptions::default()),
             (why, sky, bare.lights.len()),

@@ -270,7 +270,8 @@ fn describe_file_sky(loaded: &LoadedScene) -> String {
         .scene
         .sky
         .as_ref()
-        .filter(|_| loaded.added_sky.is_none());
+        .filter(|_| loaded.added_sky.is_none())
+        .filter(|sky| !matches!(sky, Sky::Studio(studio) if studio.strength == 0.0));
     own.map(sky_kind).unwrap_or_default().to_owned()
 }
 

@@ -21,8 +21,6 @@ pub struct LivePreviews {
     preview: Option<PathBuf>,
     /// Connection to the image viewer tev.
     tev: Option<TevClient>,
-    /// Whether the exposure is chosen automatically from the picture.
-    has_auto_exposure: bool,
     /// Sample count, summed over all pixels, at which the next update is due; `None` before the
     /// first update.
     next_update: Option<u64>,
@@ -30,9 +28,8 @@ pub struct LivePreviews {
 
 impl LivePreviews {
     /// Creates the previews that a task requests, and connects to the viewer tev if requested.
-    /// `name` is the picture's name in the viewer. `is_exposed` states that the exposure is chosen
-    /// from the picture.
-    pub fn from_task(task: &RenderTask, name: &str, is_exposed: bool) -> Result<Self, Failure> {
+    /// `name` is the picture's name in the viewer.
+    pub fn from_task(task: &RenderTask, name: &str) -> Result<Self, Failure> {
         let refused = |cause: std::io::Error, host: &str, port: u16| {
             let failure = Failure::new(
                 Exit::File,
@@ -51,7 +48,6 @@ impl LivePreviews {
         Ok(Self {
             preview,
             tev,
-            has_auto_exposure: is_exposed,
             next_update: None,
         })
     }
@@ -79,11 +75,6 @@ impl LivePreviews {
         if rendered.counters.samples == 0 {
             return None;
         }
-        let display = if self.has_auto_exposure {
-            display.with_unclipped_exposure(rendered.final_picture())
-        } else {
-            display
-        };
         let mut failed = None;
         if let Some(path) = &self.preview {
             let bytes = encode_png(rendered.final_picture(), display, metadata)

@@ -116,7 +116,7 @@ fn start_session<'a>(
     };
     let identity = origin::format_scene_identity(loaded, options, &task.choices);
     let metadata = origin::picture_metadata(loaded, plan, &task.choices);
-    let onlookers = LivePreviews::from_task(task, &name, plan.has_auto_exposure)?;
+    let onlookers = LivePreviews::from_task(task, &name)?;
     Ok(FilmSession::start(task, ready, identity, metadata, plan.display)?.with_previews(onlookers))
 }
 
@@ -134,6 +134,7 @@ fn note_preparation(
     messages::note_closed_gaps(loaded, ready, settings, notes);
     messages::note_light_leaks(loaded, ready, settings, notes);
     messages::note_clamp_bias(loaded, ready, settings, notes);
+    messages::note_headlight(ready, notes);
 }
 
 /// Records the notes and warnings about a rendered picture: no visible object, or a bad exposure.

@@ -16,7 +16,7 @@ use super::{ALLOW_EMPTY, film, messages, write};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::{PicturePlan, RenderTask};
+use crate::plan::{PicturePlan, RenderTask, choose_exposure};
 use crate::preparation::{NOTHING_KEPT, prepare_loaded};
 use crate::{origin, scene_input};
 
@@ -64,7 +64,11 @@ pub fn render_to_memory(
         deadline: task.budget.map(|budget| Instant::now() + budget),
     };
     let mut plan = task.resolve_shot(&mut loaded.scene, &task.shots[0], &OnceCell::new())?;
-    let ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
+    let mut ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
+    let requested = (plan.display, plan.requested_exposure);
+    let chosen = choose_exposure(&loaded, &ready, requested, &watch);
+    plan.apply_exposure(chosen, &mut ready);
+    messages::note_chosen_exposure(chosen, &mut notes);
     super::note_preparation(&mut loaded, &ready, &plan.settings, &mut notes);
     super::refuse_impossible_denoising(task, &plan.settings, &ready, &mut notes)?;
     let mut film = ready.new_film("");
@@ -82,11 +86,6 @@ pub fn render_to_memory(
         return Err(
             scene_input::empty_picture_failure(&loaded.source.name, reason).with_hint(ALLOW_EMPTY),
         );
-    }
-    if plan.has_auto_exposure {
-        plan.display = plan
-            .display
-            .with_unclipped_exposure(rendered.final_picture());
     }
     let picture = RenderedPicture {
         loaded,

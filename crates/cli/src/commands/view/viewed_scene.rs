@@ -18,7 +18,7 @@ use crate::commands::render::picture::refuse_file_flags;
 use crate::early_stage::EarlyStageGuard;
 use crate::failure::Failure;
 use crate::observer::RunObserver;
-use crate::plan::{PicturePlan, RenderTask};
+use crate::plan::{ChosenExposure, PicturePlan, RenderTask, choose_exposure};
 use crate::preparation::prepare_loaded;
 use crate::scene_input;
 
@@ -41,6 +41,8 @@ pub struct ViewedScene {
     /// The scene, prepared for the current settings.
     pub ready: ReadyScene,
     pub plan: PicturePlan,
+    /// Exposure chosen for the scene, which stays while only the camera moves.
+    exposure: ChosenExposure,
     /// Work of the page's latest request.
     pub task: RenderTask,
     silhouette: OnceCell<Silhouette>,
@@ -66,8 +68,11 @@ impl ViewedScene {
             return Err(failure);
         }
         let silhouette = OnceCell::new();
-        let plan = resolve_plan(&task, &mut loaded, &silhouette)?;
-        let ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
+        let mut plan = resolve_plan(&task, &mut loaded, &silhouette)?;
+        let mut ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
+        let requested = (plan.display, plan.requested_exposure);
+        let exposure = choose_exposure(&loaded, &ready, requested, &watch);
+        plan.apply_exposure(exposure, &mut ready);
         let bounds = measure_scene_extent(&loaded.scene, plan.settings.precision).bounds;
         let reach = if bounds.is_empty() {
             ([0.0; 3], 1.0)
@@ -78,6 +83,7 @@ impl ViewedScene {
             loaded,
             ready,
             plan,
+            exposure,
             task,
             silhouette,
             bounding_sphere: reach,
@@ -97,7 +103,7 @@ impl ViewedScene {
             *self = Self::load(name, task, stop)?;
             return Ok(SceneChange::Reading);
         }
-        let plan = resolve_plan(&task, &mut self.loaded, &self.silhouette)?;
+        let mut plan = resolve_plan(&task, &mut self.loaded, &self.silhouette)?;
         let of_scene = |settings: &Settings| Settings {
             camera: None,
             ..settings.clone()
@@ -121,6 +127,12 @@ impl ViewedScene {
                 SceneChange::Preparation
             }
         };
+        let requested = (plan.display, plan.requested_exposure);
+        if change != SceneChange::Camera || requested.1 != self.plan.requested_exposure {
+            let watch = RunObserver::with_stop_flag(stop);
+            self.exposure = choose_exposure(&self.loaded, &self.ready, requested, &watch);
+        }
+        plan.apply_exposure(self.exposure, &mut self.ready);
         (self.plan, self.task) = (plan, task);
         Ok(change)
     }

@@ -86,6 +86,7 @@ impl EffectFacts {
             Some(Sky::Studio(studio)) => {
                 let ground = studio.ground && self.unbounded_shape.is_none();
                 record_first_use(&mut self.ground, ground, || "sky.studio.ground".to_owned());
+                self.is_sky_dark = studio.strength == 0.0;
             }
             None | Some(Sky::Constant(_) | Sky::Gradient { .. }) => {}
         }

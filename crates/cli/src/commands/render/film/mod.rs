@@ -267,11 +267,6 @@ impl<'a> FilmSession<'a> {
         &self.kept_film.film
     }
 
-    /// Sets the display settings and the metadata that checkpoints and previews have.
-    pub fn set_display(&mut self, display: Display, metadata: PictureMetadata) {
-        (self.kept_film.display, self.kept_film.metadata) = (display, metadata);
-    }
-
     /// Returns the metadata of the picture's file.
     pub fn metadata(&self) -> &PictureMetadata {
         &self.kept_film.metadata

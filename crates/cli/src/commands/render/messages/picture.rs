@@ -9,9 +9,10 @@ use raywright_core::{ReadyScene, RenderOutput};
 use raywright_io::{LoadedScene, Warning, WarningCode};
 
 use super::names::{light_name, object_name};
+use crate::args::ExposureChoice;
 use crate::clock::{StageSeconds, format_duration};
 use crate::notes::Notes;
-use crate::plan::PicturePlan;
+use crate::plan::{ChosenExposure, PicturePlan};
 use crate::table::{format_columns, format_significant_digits};
 use crate::targets::OutputTarget;
 use crate::{memory, origin};
@@ -46,9 +47,28 @@ pub fn note_lost_samples(counters: &Counters, notes: &mut Notes) -> Vec<Warning>
     warnings
 }
 
+/// Adds a note about an exposure that a model's own lights call for.
+pub fn note_chosen_exposure(chosen: ChosenExposure, notes: &mut Notes) {
+    if let Some(stops) = chosen.display.filter(|_| chosen.lights != 0.0) {
+        let level = if chosen.lights < 0.0 { "bright" } else { "dim" };
+        notes.add_note(format!(
+            "the model's own lights are too {level} for the display: exposure {stops} stops; --exposure 0 shows their numbers unchanged"
+        ));
+    }
+}
+
+/// Adds a note about the lamp at a camera that surfaces enclose.
+pub fn note_headlight(ready: &ReadyScene, notes: &mut Notes) {
+    if ready.has_headlight() {
+        notes.add_note(
+            "surfaces enclose the camera and keep the studio's light out: a lamp at the camera lights them",
+        );
+    }
+}
+
 /// Recommends an exposure in whole stops if more than a tenth of the pixels of a display picture
-/// are clipped, or are black although they have radiance. More than a fifth of clipped pixels gives
-/// a warning in place of a note.
+/// are clipped, or are black although they have radiance. More than a fifth of clipped pixels, and a
+/// picture that no exposure makes visible, give a warning in place of a note.
 pub fn note_exposure(
     rendered: &RenderOutput,
     plan: &PicturePlan,
@@ -56,12 +76,22 @@ pub fn note_exposure(
     notes: &mut Notes,
 ) {
     const BAD: f64 = 0.2;
-    if plan.has_auto_exposure
+    const BLACK: f64 = 0.999;
+    if plan.requested_exposure == Some(ExposureChoice::Auto)
         || (!targets.is_empty() && targets.iter().all(OutputTarget::has_layers))
     {
         return;
     }
-    let Clipping { clipped, black } = plan.display.estimate_clipping(rendered.final_picture());
+    let Clipping {
+        clipped,
+        black,
+        dark,
+    } = plan.display.estimate_clipping(rendered.final_picture());
+    if dark > BLACK && black <= MOST_CLIPPED && rendered.counters.hits > 0 {
+        return notes.add_warning(
+            "the picture is nearly black, because hardly any light reaches the surfaces in view; light them with --studio or --env default, or move the camera with --eye and --target",
+        );
+    }
     let (label, share) = if clipped > MOST_CLIPPED {
         ("clipped", clipped)
     } else {

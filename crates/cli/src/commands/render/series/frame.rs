@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use raywright_core::denoise::DenoiseError;
-use raywright_core::display::Display;
 use raywright_core::film::Uncertainty;
 use raywright_core::{ReadyScene, RenderOutput};
 use raywright_io::LoadedScene;
@@ -18,9 +17,10 @@ use crate::commands::denoise;
 use crate::console;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::{PicturePlan, Shot};
+use crate::observer::RunObserver;
+use crate::plan::{PicturePlan, Shot, choose_exposure};
+use crate::scene_input;
 use crate::stats::RenderStats;
-use crate::{origin, scene_input};
 
 /// A rendered picture of a series, before it is written.
 struct RenderedFrame<'a> {
@@ -63,7 +63,7 @@ impl<'a> PictureSeries<'a> {
         moment: &mut SceneAtTime,
         notes: &mut Notes,
     ) -> Result<(), Failure> {
-        let plan = moment.resolve_plan(self.task, shot)?;
+        let mut plan = moment.resolve_plan(self.task, shot)?;
         let load = self.clock.lap();
         self.prepare_picture(&plan, moment)?;
         let seconds = StageSeconds {
@@ -80,6 +80,8 @@ impl<'a> PictureSeries<'a> {
             return Ok(());
         };
         self.backdrop = self.backdrop.or(ready.studio_backdrop_radiance());
+        self.refuse_empty_view(loaded, ready, &plan)?;
+        self.expose_picture((loaded, ready), &mut plan, notes);
         render::note_preparation(loaded, ready, &plan.settings, notes);
         render::refuse_impossible_denoising(self.task, &plan.settings, ready, notes)?;
         let session = render::start_session(
@@ -187,14 +189,6 @@ impl<'a> PictureSeries<'a> {
     ) -> Result<(), Failure> {
         if frame.session.is_done() {
             self.refuse_empty_picture(loaded, &frame.rendered, &frame.plan)?;
-        }
-        if frame.plan.has_auto_exposure {
-            frame.plan.display.exposure_stops =
-                self.choose_scene_exposure(&frame.rendered, frame.plan.display);
-            frame.session.set_display(
-                frame.plan.display,
-                origin::picture_metadata(loaded, &frame.plan, &self.task.choices),
-            );
         }
         let metadata = render::picture_metadata(
             self.task,
@@ -347,13 +341,52 @@ impl<'a> PictureSeries<'a> {
         }
     }
 
-    /// Returns the automatic exposure in stops. It is chosen from the scene's first picture, and
-    /// used for all its pictures.
-    fn choose_scene_exposure(&mut self, rendered: &RenderOutput, display: Display) -> f64 {
-        *self.exposure.get_or_insert_with(|| {
-            display
-                .with_unclipped_exposure(rendered.final_picture())
-                .exposure_stops
-        })
+    /// Refuses a view that shows no object before its render, judged by a coarse picture and, if
+    /// that is empty, by a few samples a pixel.
+    fn refuse_empty_view(
+        &mut self,
+        loaded: &LoadedScene,
+        ready: &ReadyScene,
+        plan: &PicturePlan,
+    ) -> Result<(), Failure> {
+        const COARSE_EDGE: u32 = 64;
+        const SAMPLES: u32 = 4;
+        if self.task.shots.len() > 1
+            || !self.task.refuses_empty_pictures()
+            || self.task.resume.is_some()
+        {
+            return Ok(());
+        }
+        let [width, height] = plan.settings.size;
+        let watch = RunObserver::with_stop_flag(self.stop);
+        for edge in [width.max(height).div_ceil(COARSE_EDGE), 1] {
+            let rendered = self
+                .threads
+                .run(|| ready.render_preview(edge, SAMPLES, &[], &watch));
+            let shows_object = rendered.counters.hits + rendered.counters.cut_short > 0;
+            if shows_object || !rendered.finished {
+                return Ok(());
+            }
+            if edge == 1 {
+                return self.refuse_empty_picture(loaded, &rendered, plan);
+            }
+        }
+        Ok(())
+    }
+
+    /// Chooses the exposure of a scene's first picture, and applies it to each of its pictures.
+    fn expose_picture(
+        &mut self,
+        (loaded, ready): (&LoadedScene, &mut ReadyScene),
+        plan: &mut PicturePlan,
+        notes: &mut Notes,
+    ) {
+        let requested = (plan.display, plan.requested_exposure);
+        let watch = RunObserver::with_stop_flag(self.stop);
+        let choose = || choose_exposure(loaded, ready, requested, &watch);
+        let chosen = self.exposure.unwrap_or_else(|| self.threads.run(choose));
+        self.exposure = Some(chosen);
+        plan.apply_exposure(chosen, ready);
+        messages::note_chosen_exposure(chosen, notes);
     }
 }

@@ -1,7 +1,7 @@
 //! The pictures of a `render` run: a single picture, or several from scenes, views, a turntable, or
 //! times of an animation. A scene is loaded once for each time, and prepared once where only the
 //! camera moves. Each picture has the same bits as in a run for this picture alone; only the
-//! studio's backdrop is the same for all pictures.
+//! studio's backdrop and a chosen exposure are the same for all pictures.
 
 mod combined;
 mod frame;
@@ -21,7 +21,7 @@ use crate::console;
 use crate::early_stage::EarlyStageGuard;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::RenderTask;
+use crate::plan::{ChosenExposure, RenderTask};
 use crate::progress::Progress;
 use crate::table::format_significant_digits;
 use crate::targets::{OutputFiles, OutputTarget};
@@ -73,9 +73,8 @@ struct PictureSeries<'a> {
     description: [String; 2],
     /// Largest root relMSE of all pictures of path tracing so far.
     error: Option<f64>,
-    /// Automatic exposure in stops, chosen from the current scene's first picture for all its
-    /// pictures.
-    exposure: Option<f64>,
+    /// Exposure chosen for the current scene's first picture, which all its pictures have.
+    exposure: Option<ChosenExposure>,
     /// Radiance of the studio's backdrop, chosen by the first picture with a studio for all
     /// pictures.
     backdrop: Option<f64>,

@@ -15,16 +15,6 @@ impl ViewWorker {
         if let Some(render) = self.render.as_mut().filter(|_| is_done) {
             render.progress.hash = Some(pixel_hash(rendered.final_picture()));
         }
-        if let Some(subject) = self
-            .viewed_scene
-            .as_mut()
-            .filter(|subject| subject.plan.has_auto_exposure)
-        {
-            subject.plan.display = subject
-                .plan
-                .display
-                .with_unclipped_exposure(rendered.final_picture());
-        }
         // The preview has already shown a first-hit layer at full resolution.
         let frame = if self.shown_layer().is_some() {
             None
