@@ -180,7 +180,7 @@ fn look_from(scene: &crate::Scene, eye: [f64; 3]) -> (bool, f32) {
             projection: crate::scene::Projection::Pinhole(pinhole),
             ..camera(pose)
         }),
-        ..Default::default()
+        ..crate::Settings::from_scene(scene)
     };
     let ready = crate::prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let rgb = ready.render(&()).picture.rgb;
@@ -223,7 +223,7 @@ fn cameras_that_enter_a_room_are_prepared_anew() {
         let settings = crate::Settings {
             size: [8, 8],
             camera: Some(at(z)),
-            ..Default::default()
+            ..crate::Settings::from_scene(&scene)
         };
         crate::prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"))
     };
