@@ -72,8 +72,8 @@ def follow(a, spec, budget):
     for at, (kind, rungs, told) in enumerate(advised):
         true, true_time, light = np.sqrt(max(np.mean(errors[at]), 0)), np.median(times[at]), np.mean(lights[at])
         true_ratio = np.median(np.divide(times[at], times[0]))
-        relmse, seconds = told['errors']['relmse'], told['seconds']
-        value, low, high = (max(relmse[k], 0) ** .5 for k in ('value', 'low', 'high'))
+        error, seconds = told['errors']['root_relmse'], told['seconds']
+        value, low, high = (error[k] for k in ('value', 'low', 'high'))
         ratio = told['ratio']
         print(f"| {name} | {budget} | {kind} | {' '.join(rungs).replace('--rung ', '') or 'as it is'} | {value:.4f} ({low:.4f} to {high:.4f}) | {true:.4f} | "
               f"{'yes' if low <= true <= high else 'NO'} | {value / true - 1:+.0%} | {seconds['value']:.2f} / {true_time:.2f} | "

@@ -342,7 +342,8 @@ fn waiting_for_files_is_interrupted() {
         // A run that does not hear the signal is ended, and has no exit code.
         let (sender, ended) = std::sync::mpsc::channel::<()>();
         std::thread::scope(|scope| {
-            scope.spawn(|| {
+            let send = &send;
+            scope.spawn(move || {
                 let patience = std::time::Duration::from_secs(20);
                 ended
                     .recv_timeout(patience)

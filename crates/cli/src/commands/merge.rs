@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use raywright_core::RenderOutput;
 use raywright_core::film::{Film, FilmMergeError};
-use raywright_io::output::{StoredFilm, read_film, write_film};
+use raywright_io::output::{StoredFilm, read_film};
 use raywright_io::{Error, InputFiles, Limits};
 
 use super::render::film::refuse_other_version;
@@ -38,11 +38,10 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
     let is_free = |path: &Path| outputs.is_free_path(path, &inputs);
     // The picture is worth writing even if the film file cannot be written.
-    let film_failure = args.checkpoint.as_ref().and_then(|path| {
-        let error = write_film(path, &mut kept_film).err()?;
-        let copy = write::write_film_to_fallback(path, &mut kept_film, (&inputs, is_free));
-        Some(write::with_fallback_hint(error.into(), "film", copy))
-    });
+    let film_failure = args
+        .checkpoint
+        .as_ref()
+        .and_then(|path| write::write_film_or_copy(path, &mut kept_film, (&inputs, is_free)).err());
     let rendered = RenderOutput::from_film(&kept_film.film, &());
     let display = plan::apply_display_and_exposure(
         &args.display,

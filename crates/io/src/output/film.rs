@@ -99,8 +99,12 @@ fn encode_film(out: &mut dyn Write, kept_film: &mut StoredFilm) -> io::Result<()
     out.out.flush()
 }
 
-/// Whether a file begins as a film file of any version does. False for a file that cannot be read.
+/// Whether a file begins as a film file of any version does. False for a file that cannot be read,
+/// and for a pipe, from which bytes can be read only once.
 pub fn is_film(path: &Path) -> bool {
+    if !path.is_file() {
+        return false;
+    }
     let mut magic = [0; MAGIC.len()];
     let is_read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
     is_read.is_ok() && magic == MAGIC

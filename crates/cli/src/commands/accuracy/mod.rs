@@ -67,13 +67,14 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let (report, used_reference) =
         threads.run(|| measure_scene(args, (&loaded, &settings), start, &watch, &mut steps))?;
     drop(steps);
+    let is_free = |path: &Path| outputs.is_free_path(path, &loaded.inputs);
     // The measurement is worth reporting even if the reference cannot be written.
     let reference_result = args
         .reference
         .as_deref()
         .filter(|_| !report.reference.kept && !watch.was_stopped())
         .map_or(Ok(()), |path| {
-            reference::write_reference(path, used_reference, &loaded)?;
+            reference::write_reference(path, used_reference, &loaded, is_free)?;
             verbosity.print_result_message(path.display());
             Ok(())
         });
@@ -84,7 +85,6 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
         threads.run(rayon::current_num_threads),
         &report,
     );
-    let is_free = |path: &Path| outputs.is_free_path(path, &loaded.inputs);
     write_reports(&document, &files, (watch.was_stopped(), is_free), verbosity)?;
     console::print(if args.json {
         console::format_json(&document)

@@ -8,10 +8,11 @@ use raywright_core::accuracy::ReusableReference;
 use raywright_core::display::Display;
 use raywright_core::film::FilmMergeError;
 use raywright_core::ladder::RungChoice;
-use raywright_io::output::{PictureMetadata, StoredFilm, read_film, write_film};
+use raywright_io::output::{PictureMetadata, StoredFilm, read_film};
 use raywright_io::{Error, Limits, LoadedScene};
 
 use crate::commands::render::film::refuse_other_version;
+use crate::commands::render::write::write_film_or_copy;
 use crate::failure::Failure;
 use crate::origin::{SOFTWARE, command_line};
 
@@ -47,6 +48,7 @@ pub fn write_reference(
     path: &Path,
     reference: ReusableReference,
     loaded: &LoadedScene,
+    is_free: impl Fn(&Path) -> bool,
 ) -> Result<(), Failure> {
     let words = [REFERENCE_MARK.to_owned()]
         .into_iter()
@@ -59,14 +61,12 @@ pub fn write_reference(
         command: command_line(),
         error: String::new(),
     };
-    Ok(write_film(
-        path,
-        &mut StoredFilm {
-            film: reference.film,
-            metadata,
-            display: Display::from_render(&loaded.scene.render),
-        },
-    )?)
+    let mut film = StoredFilm {
+        film: reference.film,
+        metadata,
+        display: Display::from_render(&loaded.scene.render),
+    };
+    write_film_or_copy(path, &mut film, (&loaded.inputs, is_free))
 }
 
 /// Creates the failure for a reference file of another scene or of other settings.

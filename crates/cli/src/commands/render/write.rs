@@ -81,6 +81,19 @@ pub fn write_film_to_fallback(
     })
 }
 
+/// Writes a film file. If the write fails, the film is kept as [`write_to_fallback`] keeps files,
+/// and the failure names this copy.
+pub fn write_film_or_copy(
+    path: &Path,
+    film: &mut StoredFilm,
+    outputs: (&InputFiles, impl Fn(&Path) -> bool),
+) -> Result<(), Failure> {
+    output::write_film(path, film).map_err(|error| {
+        let copy = write_film_to_fallback(path, film, outputs);
+        with_fallback_hint(error.into(), "film", copy)
+    })
+}
+
 /// Adds the path of the fallback file, if any, as a hint to the failure of a write. `file`
 /// describes the content of the file.
 pub fn with_fallback_hint(failure: Failure, file: &str, fallback_path: Option<PathBuf>) -> Failure {
