@@ -460,7 +460,7 @@ fn edges_lie_where_their_triangles_are() {
     let mesh = json!([{ "name": "one", "source": { "inline": { "indices": [[0, 1, 2]], "positions": corners } } }]);
     let turned = |steps: Value| {
         let turn = json!({ "rotate": { "axis": [0, 0, 1], "degrees": 20 } });
-        json!([[turn], steps.as_array().cloned().unwrap_or_default()].concat())
+        json!([vec![turn], steps.as_array().cloned().unwrap_or_default()].concat())
     };
     let place = |x: f64| turned(translated([x, 0.3, 0.0]));
     for shape in [

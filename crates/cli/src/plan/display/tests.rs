@@ -52,18 +52,18 @@ fn model(light: &str, node: &str) -> LoadedScene {
 /// Node of a light that shines downwards from the side of the default camera.
 const ABOVE: &str = r#""translation": [1, 3, 3], "rotation": [-0.3826834, 0, 0, 0.9238795],"#;
 
-fn settings() -> Settings {
+fn settings(loaded: &LoadedScene) -> Settings {
     Settings {
         size: [96, 64],
         sampling: Sampling::General(4),
-        ..Settings::default()
+        ..Settings::from_scene(&loaded.scene)
     }
 }
 
 /// Returns the exposure without a request, and the level of the brightest tenth of the objects when
 /// they are shown with it.
 fn expose(loaded: &LoadedScene) -> (ChosenExposure, f32) {
-    let ready = prepare(&loaded.scene, &settings(), &()).expect("a scene");
+    let ready = prepare(&loaded.scene, &settings(loaded), &()).expect("a scene");
     let display = Display::from_render(&loaded.scene.render);
     let chosen = choose_exposure(loaded, &ready, (display, None), &());
     let mut levels: Vec<f32> = ready.survey_lit_objects(&()).iter().map(|c| c[0]).collect();
@@ -114,7 +114,7 @@ fn exposures_depend_on_the_view_alone() {
         let ready = prepare(&loaded.scene, settings, &()).expect("a scene");
         choose_exposure(&loaded, &ready, (display, requested), &())
     };
-    let plain = choose(&settings(), None);
+    let plain = choose(&settings(&loaded), None);
     let crop = Crop {
         x: 0,
         y: 0,
@@ -124,20 +124,20 @@ fn exposures_depend_on_the_view_alone() {
     for changed in [
         Settings {
             crop: Some(crop),
-            ..settings()
+            ..settings(&loaded)
         },
         Settings {
             sampling: Sampling::General(1),
-            ..settings()
+            ..settings(&loaded)
         },
         Settings {
             seed: 7,
             tile_size: 5,
-            ..settings()
+            ..settings(&loaded)
         },
         Settings {
             background: Background::Transparent,
-            ..settings()
+            ..settings(&loaded)
         },
     ] {
         assert_eq!(choose(&changed, None), plain);
@@ -147,8 +147,8 @@ fn exposures_depend_on_the_view_alone() {
         .num_threads(1)
         .build()
         .expect("a thread");
-    assert_eq!(pool.install(|| choose(&settings(), None)), plain);
-    let stops = choose(&settings(), Some(ExposureChoice::Stops(1.0)));
+    assert_eq!(pool.install(|| choose(&settings(&loaded), None)), plain);
+    let stops = choose(&settings(&loaded), Some(ExposureChoice::Stops(1.0)));
     assert_eq!((stops.display, stops.lights), (None, plain.lights));
 }
 
@@ -158,7 +158,7 @@ fn exposures_depend_on_the_view_alone() {
 fn a_backdrop_stands_behind_lit_models() {
     let mut loaded = model(r#""type": "directional", "intensity": 2049"#, ABOVE);
     let render = |loaded: &LoadedScene| {
-        let mut ready = prepare(&loaded.scene, &settings(), &()).expect("a scene");
+        let mut ready = prepare(&loaded.scene, &settings(loaded), &()).expect("a scene");
         let (chosen, _) = expose(loaded);
         ready.set_backdrop_exposure(chosen.lights);
         (ready.render(&()).picture, chosen.lights)
