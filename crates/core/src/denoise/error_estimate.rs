@@ -81,8 +81,9 @@ pub(super) fn estimate_error(
     let off = (relative.mean_error() - by_own.mean_error()).abs() / 4.0;
     let is_unknown = relative.is_interval_meaningless(off, noise / relative.pixels);
     let (noisy, noisy_doubt) = noisy_error_and_doubt(film);
-    let doubt = noisy_doubt.or(is_unknown.then_some(EstimateDoubt::WideInterval));
     let (rmse, root_relmse) = (absolute.rms_interval(0.0), relative.rms_interval(off));
+    let is_wide = is_unknown || root_relmse.is_meaningless();
+    let doubt = noisy_doubt.or(is_wide.then_some(EstimateDoubt::WideInterval));
     let error = Uncertainty {
         rmse,
         root_relmse,

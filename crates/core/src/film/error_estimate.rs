@@ -16,3 +16,14 @@ pub struct ErrorEstimate {
     /// Sampling", 1965).
     pub carriers: f64,
 }
+
+/// Greatest ratio of the upper end of an interval to the value at which both say something.
+const WIDEST: f64 = 10.0;
+
+impl ErrorEstimate {
+    /// Whether the interval reaches so far up that the estimate says nothing. Beside an estimate of
+    /// zero, the upper end is a bound.
+    pub fn is_meaningless(&self) -> bool {
+        !self.high.is_finite() || self.value > 0.0 && self.high > WIDEST * self.value
+    }
+}

@@ -48,6 +48,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use super::error_estimate::ErrorEstimate;
+use super::estimate::ReplicateStats;
 use super::leave_one_out::LeaveOneOutStats;
 use super::variance_sum::VarianceSum;
 use super::{Film, ReplicateBuffer};
@@ -63,6 +64,10 @@ const FEWEST_FOUND: u64 = 40;
 /// If fewer than one path in this number of samples may hit lamps by chance alone, the light of
 /// these lamps is negligible.
 const ONE_IN: u64 = 500;
+
+/// Mean radiance below which a picture is nearly black: a tenth of the root of the constant in the
+/// denominator of relative errors, which then hides the error of any picture, whatever it shows.
+const DARKEST: f64 = 0.01;
 
 /// Least number of replicates for an interval.
 const MIN_REPLICATES: u32 = 4;
@@ -102,6 +107,8 @@ impl Uncertainty {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EstimateDoubt {
+    /// The picture is so dark that its relative error is small whatever it shows.
+    NearlyBlack,
     /// Fewer than four replicates.
     FewSamples,
     /// Lamps or small bright parts of the sky are hit through mirrors or glass by chance alone,
@@ -174,6 +181,10 @@ impl Film {
             )
         };
         let doubts = [
+            (
+                relative.variance > 0.0 && self.is_nearly_black(&planes),
+                EstimateDoubt::NearlyBlack,
+            ),
             (fewest < MIN_REPLICATES, EstimateDoubt::FewSamples),
             (self.has_too_few_chance_hits(), EstimateDoubt::LightByChance),
             (
@@ -182,6 +193,7 @@ impl Film {
                     || relative.variance == 0.0 && self.is_black_despite_lights(),
                 EstimateDoubt::FewPixels,
             ),
+            (root_relmse.is_meaningless(), EstimateDoubt::WideInterval),
         ];
         let doubt = doubts
             .into_iter()
@@ -212,6 +224,13 @@ impl Film {
     pub(crate) fn has_too_few_chance_hits(&self) -> bool {
         let is_common = self.counters.unaided.saturating_mul(ONE_IN) > self.counters.samples;
         is_common && self.counters.found < FEWEST_FOUND
+    }
+
+    /// Whether the mean radiance over pixels and channels is below [`DARKEST`].
+    fn is_nearly_black(&self, planes: &ReplicateStats<'_>) -> bool {
+        let pixels = self.plan.pixel_count();
+        let total: f64 = (0..pixels).flat_map(|pixel| planes.mean(pixel).0).sum();
+        total < DARKEST * (3 * pixels) as f64
     }
 
     /// Whether shadow rays were traced to lamps or the sky, and no sample found any light.

@@ -109,7 +109,9 @@ function showProgress(progress) {
   const { samples: [least, most], of, error, history } = progress;
   const found = error?.root_relmse, goal = Number($("max-error").value) || progress.max_error;
   const doubt = error?.doubt ? `, in doubt: ${error.doubt.replaceAll("-", " ")}` : "";
-  $("error").textContent = found ? `${digits(found.value)} (${digits(found.low)} to ${digits(found.high)})${doubt}`
+  $("error").textContent = error?.doubt === "nearly-black" ? "not known: the picture is nearly black"
+    : error?.doubt === "wide-interval" ? "not known: the estimate is too uncertain"
+    : found ? `${digits(found.value)} (${digits(found.low)} to ${digits(found.high)})${doubt}`
     : progress.exact ? "none: this picture has no random samples" : "not known yet";
   // Noise falls with the root of the samples, and samples come with time.
   const toGoal = goal && found?.high ? Math.max(0, progress.seconds * ((found.high / goal) ** 2 - 1)) : null;

@@ -498,3 +498,24 @@ fn a_black_picture_is_doubted_where_there_are_lamps() {
         (Some(EstimateDoubt::FewPixels), false, [-1.0; 3])
     );
 }
+
+/// Protects: a picture darker than what the constant in relative errors hides claims no error and
+/// reaches none, with any number of replicates, although its noise is small beside that constant.
+/// A picture ten times as bright does.
+#[test]
+fn a_nearly_black_picture_claims_no_error() {
+    let value_of = |scale: f64| {
+        let uncertainty = film(&[[1.0, 1.1, 0.9, 1.05].map(|mean| scale * mean); 100])
+            .estimate_uncertainty()
+            .expect("four replicates");
+        (uncertainty.doubt, uncertainty.is_error_below(1.0))
+    };
+    for scale in [1e-9, 1e-4, 0.009] {
+        assert_eq!(
+            value_of(scale),
+            (Some(EstimateDoubt::NearlyBlack), false),
+            "{scale}"
+        );
+    }
+    assert_eq!(value_of(0.01), (None, true));
+}

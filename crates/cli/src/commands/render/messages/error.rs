@@ -28,22 +28,29 @@ pub fn report_error(
     }
     let noise = format_error_measures(noisy);
     notes.print_detail(format_args!("noise: {noise}"));
-    let about = format_significant_digits(noisy.root_relmse.value, 2);
     let reached_text = requested
         .filter(|&requested| is_met(requested))
         .map(|requested| format!(", below the requested {requested}"))
         .unwrap_or_default();
     let phrase = match noisy.doubt {
         None => format!("error {}", format_with_interval(noisy.root_relmse)),
-        Some(EstimateDoubt::FewSamples) => format!("error about {about}"),
+        Some(EstimateDoubt::NearlyBlack) => {
+            format!(
+                "error not known: {}",
+                unknown_error_reason(EstimateDoubt::NearlyBlack)
+            )
+        }
+        Some(EstimateDoubt::FewSamples) => format!("error {}", format_about(noisy.root_relmse)),
         Some(
             EstimateDoubt::FewPixels | EstimateDoubt::WideInterval | EstimateDoubt::LightByChance,
-        ) => {
-            format!("not converged, error about {about}")
-        }
+        ) => format!("not converged, error {}", format_about(noisy.root_relmse)),
     };
     match noisy.doubt {
         None | Some(EstimateDoubt::FewSamples) => {}
+        Some(EstimateDoubt::NearlyBlack) => notes.add_warning(
+            "the error is not known: the picture is nearly black, with a mean radiance below 0.01, so that its relative error is small whatever it shows; \
+             brighten the lights, and darken the picture by --exposure if it is meant to be dark",
+        ),
         Some(EstimateDoubt::FewPixels) if noisy.root_relmse.high == 0.0 => {
             notes.add_warning("not converged: rays were sent to lamps or to the sky, and no sample found light; a larger --spp may find light");
         }
@@ -99,17 +106,10 @@ fn describe_doubted_progress(film: &Film, requested: f64) -> Option<String> {
     } else {
         format!("{minimum} to {maximum}")
     };
-    let reason = match first.doubt {
-        EstimateDoubt::FewSamples => "the samples were too few for a sure estimate",
-        EstimateDoubt::LightByChance => {
-            "lamps and suns that paths hit only by chance had been hit too seldom"
-        }
-        EstimateDoubt::FewPixels => "a few pixels had most of the error",
-        EstimateDoubt::WideInterval => "the estimate was too uncertain",
-    };
     Some(format!(
-        "{samples} samples seemed to reach the error of {requested}, with an estimate of {}, but {reason}",
-        format_significant_digits(first.error, 2)
+        "{samples} samples seemed to reach the error of {requested}, with an estimate of {}, but {}",
+        format_significant_digits(first.error, 2),
+        unknown_error_reason(first.doubt)
     ))
 }
 
@@ -140,6 +140,9 @@ fn format_error_measures(of: &Uncertainty) -> String {
 }
 
 fn format_with_interval(estimate: ErrorEstimate) -> String {
+    if estimate.is_meaningless() {
+        return "not known".to_owned();
+    }
     if estimate.value == 0.0 && estimate.high > 0.0 {
         return format!("at most {}", format_significant_digits(estimate.high, 3));
     }
@@ -151,15 +154,24 @@ fn format_with_interval(estimate: ErrorEstimate) -> String {
     )
 }
 
-/// Describes why a denoised picture has no error estimate.
+/// Formats an estimate without its interval.
+fn format_about(estimate: ErrorEstimate) -> String {
+    if estimate.is_meaningless() {
+        return "not known".to_owned();
+    }
+    format!("about {}", format_significant_digits(estimate.value, 2))
+}
+
+/// Describes why a picture has no reliable error estimate.
 fn unknown_error_reason(doubt: EstimateDoubt) -> &'static str {
     match doubt {
+        EstimateDoubt::NearlyBlack => "the picture is nearly black",
         EstimateDoubt::FewSamples => "the samples are too few for an estimate",
         EstimateDoubt::LightByChance => {
             "lamps and suns that paths hit only by chance were hit too seldom"
         }
         EstimateDoubt::FewPixels => "too few samples found light",
-        EstimateDoubt::WideInterval => "the picture is too small for an estimate",
+        EstimateDoubt::WideInterval => "the estimate is too uncertain",
     }
 }
 
@@ -184,7 +196,7 @@ fn report_denoised_error(rendered: &RenderOutput, notes: &mut Notes) -> Option<S
             format!("error {}", format_with_interval(root_relmse)),
             format_error_measures(&denoised.error),
         ),
-        Some(EstimateDoubt::WideInterval) if root_relmse.high.is_finite() => {
+        Some(EstimateDoubt::WideInterval) if !root_relmse.is_meaningless() => {
             let most = format!(
                 "at most about {}",
                 format_significant_digits(root_relmse.high, 2)
@@ -197,8 +209,8 @@ fn report_denoised_error(rendered: &RenderOutput, notes: &mut Notes) -> Option<S
         Some(doubt) => {
             let reason = unknown_error_reason(doubt);
             (
-                format!("error not known, since {reason}"),
-                format!("root relMSE not known, since {reason}"),
+                format!("error not known: {reason}"),
+                format!("root relMSE not known: {reason}"),
             )
         }
     };
@@ -225,5 +237,8 @@ mod tests {
         assert_eq!(value_of(0.05, 0.01, 0.0712), "0.05 (0.01 to 0.0712)");
         assert_eq!(value_of(0.0, 0.0, 0.0712), "at most 0.0712");
         assert_eq!(value_of(0.0, 0.0, 0.0), "0 (0 to 0)");
+        // An interval of twenty powers of ten says nothing.
+        assert_eq!(value_of(2.6e-4, 7e-11, 1e9), "not known");
+        assert_eq!(value_of(0.0, 0.0, f64::INFINITY), "not known");
     }
 }
