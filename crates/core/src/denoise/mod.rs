@@ -43,7 +43,7 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
-use crate::film::{ErrorEstimate, Film, FourReplicates, FourReplicatesError, Uncertainty};
+use crate::film::{Film, FourReplicates, FourReplicatesError, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::{Picture, PictureLayer};
 use crate::settings::Aov;
@@ -108,14 +108,13 @@ pub struct DenoiseOutput {
 }
 
 impl DenoiseOutput {
-    /// Whether the root relMSE of the denoised picture is at most `error`. The upper end of its
-    /// interval decides. A picture of less than two blocks has no interval; then the estimate
-    /// itself decides. If the estimate is doubtful, the picture before denoising, `noisy`, must
-    /// reach `error` too.
+    /// Whether the root relMSE of the denoised picture is at most `error`, in nine of ten renders. An
+    /// interval of both sides would ask for twice the samples. A picture of less than two blocks has
+    /// no interval; then the estimate itself decides. If the estimate is doubtful, the picture
+    /// before denoising, `noisy`, must reach `error` too.
     pub fn reaches_error(&self, error: f64, noisy: &Uncertainty) -> bool {
-        let ErrorEstimate { value, high, .. } = self.error.root_relmse;
-        let maximum = if high.is_finite() { high } else { value };
-        maximum <= error && (self.error.doubt.is_none() || noisy.is_error_below(error))
+        self.error.root_relmse.one_sided_bound() <= error
+            && (self.error.doubt.is_none() || noisy.is_error_below(error))
     }
 
     /// Returns the denoised colour and its standard errors, as layers for a picture of the same

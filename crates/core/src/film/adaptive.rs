@@ -111,7 +111,12 @@ impl Film {
         }
         // A squared error falls at least as fast as samples are added.
         let needed = |uncertainty: Uncertainty| {
-            (uncertainty.root_relmse.high / error) * (uncertainty.root_relmse.high / error)
+            let bound = if self.is_to_be_denoised() {
+                uncertainty.root_relmse.one_sided_bound()
+            } else {
+                uncertainty.root_relmse.high
+            };
+            (bound / error) * (bound / error)
         };
         let lacking = uncertainty
             .filter(|uncertainty| uncertainty.doubt.is_none())

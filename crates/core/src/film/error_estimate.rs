@@ -20,7 +20,22 @@ pub struct ErrorEstimate {
 /// Greatest ratio of the upper end of an interval to the value at which both say something.
 const WIDEST: f64 = 10.0;
 
+/// Ratio of the one-sided 90 % quantile of the normal distribution to the two-sided 95 % quantile.
+const ONE_SIDED: f64 = 0.654;
+
 impl ErrorEstimate {
+    /// Returns the bound that the true error exceeds in 10 of 100 renders, where the interval is
+    /// log-normal above the value. The value itself without an interval.
+    pub(crate) fn one_sided_bound(&self) -> f64 {
+        if !self.high.is_finite() {
+            return self.value;
+        }
+        if self.value == 0.0 {
+            return self.high;
+        }
+        self.value * libm::pow(self.high / self.value, ONE_SIDED)
+    }
+
     /// Whether the interval reaches so far up that the estimate says nothing. Beside an estimate of
     /// zero, the upper end is a bound.
     pub fn is_meaningless(&self) -> bool {
