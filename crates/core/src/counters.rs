@@ -32,6 +32,18 @@ pub struct Counters {
     /// sky.
     #[serde(default)]
     pub found: u64,
+    /// Number of path segments that find light by chance alone. A wider lobe spread the path before,
+    /// and its latest lobe is far denser than the light sample: hardly any light sample stands in
+    /// for what the segment hits.
+    #[serde(default)]
+    pub narrow: u64,
+    /// Sum over the segments counted in `narrow` of the squared radiance that a hit of the sampled
+    /// light would bring, in units of 1/1024.
+    #[serde(default)]
+    pub narrow_power: u64,
+    /// Sum of the squared radiance that these segments found, in the same units.
+    #[serde(default)]
+    pub narrow_found: u64,
     /// Number of samples that were added to the film.
     pub samples: u64,
     /// Number of samples dropped because their value was not finite.
@@ -43,6 +55,14 @@ pub struct Counters {
     /// Number of samples whose camera ray hit a surface.
     #[serde(rename = "met")]
     pub hits: u64,
+}
+
+/// Number of units of a squared radiance of one. Sums of integers do not depend on their order.
+pub(crate) const POWER_UNITS: f64 = 1024.0;
+
+/// Adds a squared radiance to a sum in units of 1/[`POWER_UNITS`], which it may fill.
+pub(crate) fn add_power(sum: &mut u64, radiance: f64) {
+    *sum = sum.saturating_add((radiance * radiance * POWER_UNITS) as u64);
 }
 
 /// Loss of samples or rays in a render, with its extent. It is reported with the picture.
@@ -100,6 +120,9 @@ impl AddAssign for Counters {
         self.shadow += other.shadow;
         self.unaided += other.unaided;
         self.found += other.found;
+        self.narrow += other.narrow;
+        self.narrow_power = self.narrow_power.saturating_add(other.narrow_power);
+        self.narrow_found = self.narrow_found.saturating_add(other.narrow_found);
         self.samples += other.samples;
         self.dropped += other.dropped;
         self.cut_short += other.cut_short;

@@ -38,9 +38,10 @@
 //! window, where the geometric mean is a tenth too small.
 //!
 //! Light that no sample found is in none of these estimates. But its possibility can be detected:
-//! paths that scatter diffusely and then continue by a mirror or through glass hit lamps and suns
-//! by chance alone. If many such paths were traced and few hit a lamp, most of that light is
-//! missing. The number of hits is a Poisson number, known within a sixth at forty.
+//! paths that scatter and then continue by a lobe far narrower than the lights, of a mirror, glass
+//! or gloss, hit lights by chance alone. The number k of hits is a Poisson number: 2√k + 3 more may
+//! be missing, and each brings the squared radiance that the light samples of these paths show. The
+//! estimate is doubtful if the relative error of so many hits exceeds the upper end of the interval.
 
 use core::ops::Range;
 
@@ -48,22 +49,16 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use super::error_estimate::ErrorEstimate;
-use super::estimate::ReplicateStats;
 use super::leave_one_out::LeaveOneOutStats;
+use super::relative_error::FLOOR;
 use super::variance_sum::VarianceSum;
 use super::{Film, ReplicateBuffer};
+use crate::counters::POWER_UNITS;
 
 /// Factor by which an estimate carried by few pixels must be below the requested error. In 1,600
 /// pictures of 20 scenes, black ones excepted, the error was never more than three times the upper
 /// end of the interval.
 const FEW_PIXELS_MARGIN: f64 = 10.0;
-
-/// Fewest hits of lamps by chance alone from which the light of such lamps is determined.
-const FEWEST_FOUND: u64 = 40;
-
-/// If fewer than one path in this number of samples may hit lamps by chance alone, the light of
-/// these lamps is negligible.
-const ONE_IN: u64 = 500;
 
 /// Mean radiance below which a picture is nearly black: a tenth of the root of the constant in the
 /// denominator of relative errors, which then hides the error of any picture, whatever it shows.
@@ -111,8 +106,8 @@ pub enum EstimateDoubt {
     NearlyBlack,
     /// Fewer than four replicates.
     FewSamples,
-    /// Lamps or small bright parts of the sky are hit through mirrors or glass by chance alone,
-    /// with few hits so far: most of their light may be missing.
+    /// Lamps or bright parts of the sky are hit through mirrors, glass or gloss by chance alone, with
+    /// few hits so far: the light that may be missing exceeds the interval.
     LightByChance,
     /// A few pixels have most of the error, or a few samples in each of many pixels; or shadow rays
     /// were traced to lamps and the picture is black.
@@ -182,11 +177,14 @@ impl Film {
         };
         let doubts = [
             (
-                relative.variance > 0.0 && self.is_nearly_black(&planes),
+                relative.variance > 0.0 && self.mean_brightness() < DARKEST,
                 EstimateDoubt::NearlyBlack,
             ),
             (fewest < MIN_REPLICATES, EstimateDoubt::FewSamples),
-            (self.has_too_few_chance_hits(), EstimateDoubt::LightByChance),
+            (
+                self.missing_chance_error() > root_relmse.high,
+                EstimateDoubt::LightByChance,
+            ),
             (
                 is_few
                     || is_rare && !is_confirmed
@@ -219,18 +217,32 @@ impl Film {
             .collect()
     }
 
-    /// Whether many paths can hit lamps or suns only by chance, through mirrors or glass, with too
-    /// few hits to determine their light.
-    pub(crate) fn has_too_few_chance_hits(&self) -> bool {
-        let is_common = self.counters.unaided.saturating_mul(ONE_IN) > self.counters.samples;
-        is_common && self.counters.found < FEWEST_FOUND
+    /// Returns the root relMSE of the light that may be missing because paths hit it by chance alone.
+    fn missing_chance_error(&self) -> f64 {
+        let [paths, all, found, samples] = [
+            self.counters.narrow,
+            self.counters.narrow_power,
+            self.counters.narrow_found,
+            self.counters.samples,
+        ]
+        .map(|count| count as f64);
+        if all == 0.0 {
+            return 0.0;
+        }
+        // Where every path hits the light, no hit is missing.
+        let share = (found / all).min(1.0);
+        let hits = (3.0 + 2.0 * (share * paths).sqrt()).min(paths) * (1.0 - share);
+        let pixels = self.plan.pixel_count() as f64;
+        // A hit adds its radiance to one sample of one pixel.
+        let error = hits * all / paths / POWER_UNITS * pixels / (samples * samples);
+        (error / (self.mean_brightness().powi(2) + FLOOR)).sqrt()
     }
 
-    /// Whether the mean radiance over pixels and channels is below [`DARKEST`].
-    fn is_nearly_black(&self, planes: &ReplicateStats<'_>) -> bool {
-        let pixels = self.plan.pixel_count();
+    /// Returns the mean radiance over pixels and channels.
+    fn mean_brightness(&self) -> f64 {
+        let (planes, pixels) = (self.replicate_stats(), self.plan.pixel_count());
         let total: f64 = (0..pixels).flat_map(|pixel| planes.mean(pixel).0).sum();
-        total < DARKEST * (3 * pixels) as f64
+        total / (3 * pixels) as f64
     }
 
     /// Whether shadow rays were traced to lamps or the sky, and no sample found any light.

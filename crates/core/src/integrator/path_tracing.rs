@@ -36,7 +36,7 @@ use super::spawn::MinHitDistances;
 use super::{CameraRays, FirstHit, LightTransport, MOST_PASSAGES, PathResults, PathSegment};
 use crate::counters::Counters;
 use crate::interaction::Interaction;
-use crate::light::LightUsage;
+use crate::light::{LightSampleLanes, LightUsage, ShadowRayTargetKind, get_lane_vector};
 use crate::observer::Observer;
 use crate::prepare::{PreparedScene, PreparedSpawnRule};
 use crate::sampler::{SampleAddress, SampleHash};
@@ -121,6 +121,10 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
 /// falls into it.
 const MIRROR_DENSITY: f64 = 1e5;
 
+/// Ratio of the density of a scattered direction to that of a light sample, from which on hardly any
+/// light sample falls into the lobe: BSDF sampling then has 99 % of the weight.
+const NARROW: f64 = 10.0;
+
 /// State of a path: all data on which its next segment depends.
 #[derive(Clone, Copy, Debug)]
 struct PathState<R: Real> {
@@ -149,6 +153,10 @@ struct PathState<R: Real> {
     /// Least density by solid angle of the path's scattered directions, except the latest. Small if
     /// a surface reflected the path diffusely.
     min_pdf: f64,
+    /// Density by solid angle of the path's latest light sample, and its radiance.
+    light_sample: [f64; 2],
+    /// Whether the path's latest segment hits lights by chance alone, see [`Counters::narrow`].
+    is_narrow: bool,
     /// Media that contain the next ray's origin.
     media: MediumStack,
     /// The vertex at which the next ray starts.
@@ -156,6 +164,18 @@ struct PathState<R: Real> {
     /// Wavelength in nanometres, sampled at the first dispersive surface; `None` as long as the
     /// path carries all wavelengths.
     wavelength: Option<f64>,
+}
+
+impl<R: Real> PathState<R> {
+    /// Keeps density and radiance of the light sample in a lane. Lights without size are never hit.
+    #[inline(always)]
+    fn record_light_sample(&mut self, lights: &LightSampleLanes<R>, lane: usize) {
+        let density = lights.density[lane];
+        if lights.target_kinds[lane] != ShadowRayTargetKind::Nothing && density > 0.0 {
+            let arriving = get_lane_vector::<R>(&lights.arriving, lane).to_f64();
+            self.light_sample = [density, density * arriving.max_element()];
+        }
+    }
 }
 
 /// Uniform numbers in [0, 1) that nearly every vertex of a path needs.
@@ -201,6 +221,9 @@ impl<R: Real> PathTracer<'_, R> {
             has_hit: false,
             shadow: R::ZERO,
             min_pdf: f64::INFINITY,
+            // Without a light sample only delta lobes are narrow.
+            light_sample: [f64::MAX / NARROW, 0.0],
+            is_narrow: false,
             media: self.media,
             previous: PreviousVertex {
                 from: ray.origin,

@@ -10,6 +10,13 @@ use crate::film::ErrorEstimate;
 use crate::picture::Picture;
 use crate::prepare::UnreachedLight;
 
+/// Fewest hits of lamps by chance alone from which the light of such lamps is determined.
+const FEWEST_FOUND: u64 = 40;
+
+/// If fewer than one path in this number of samples may hit lamps by chance alone, the light of
+/// these lamps is negligible.
+const ONE_IN: u64 = 500;
+
 /// A small picture of a camera, with its counters.
 pub(super) struct SmallRender {
     pub camera: usize,
@@ -60,7 +67,8 @@ impl SmallRender {
             unreached_lights: shut_away,
             error: film.estimate_uncertainty().map(|error| error.root_relmse),
             samples_per_pixel,
-            lacks_chance_hits: film.has_too_few_chance_hits(),
+            lacks_chance_hits: counters.unaided.saturating_mul(ONE_IN) > counters.samples
+                && counters.found < FEWEST_FOUND,
             run,
             cover: None,
         }

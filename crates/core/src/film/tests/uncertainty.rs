@@ -328,33 +328,36 @@ fn light_that_others_miss_is_doubted() {
     assert_eq!(value_of([1.0, 1.0, 1.0, 0.8]).doubt, None);
 }
 
-/// Protects: where paths continued by mirrors or through glass and hit no lamp, or few, the picture
-/// is doubted. Where they hit many, or no path did so, it is not.
+/// Protects: where paths can hit a light by chance alone, and hits that may be missing exceed the
+/// upper end, the picture is doubted. Three hits of a radiance of c, of 800 samples in 100 pixels of
+/// 2.5, have an error of c√(3 · 100/800²/(2.5² + 0.01)), 0.0087 c. The picture is not doubted where
+/// that is less, where every path hit the light, or without such paths.
 #[test]
 fn light_by_chance_is_doubted() {
-    let value_of = |unaided, found| {
+    let value_of = |narrow: u64, hit: f64, found: u64| {
         let mut film = film(&[[1.0, 2.0, 3.0, 4.0]; 100]);
+        let power = (hit * hit * crate::counters::POWER_UNITS) as u64;
         film.counters = Counters {
-            unaided,
-            found,
+            narrow,
+            narrow_power: narrow * power,
+            narrow_found: found * power,
+            samples: 800,
             ..film.counters
         };
-        film.estimate_uncertainty().expect("four replicates").doubt
+        let estimate = film.estimate_uncertainty().expect("four replicates");
+        (estimate.doubt, estimate.root_relmse.high)
     };
-    assert_eq!(
-        [
-            value_of(0, 0),
-            value_of(1, 0),
-            value_of(9, 39),
-            value_of(9, 40)
-        ],
-        [
-            None,
-            Some(EstimateDoubt::LightByChance),
-            Some(EstimateDoubt::LightByChance),
-            None
-        ]
-    );
+    let (none, high) = value_of(0, 1e6, 0);
+    let least = high / (3.0 * 100.0 / 640_000.0 / 6.26_f64).sqrt();
+    assert_eq!(none, None);
+    for (hit, found, doubt) in [
+        (0.99 * least, 0, None),
+        (1.01 * least, 0, Some(EstimateDoubt::LightByChance)),
+        (10.0 * least, 25, Some(EstimateDoubt::LightByChance)),
+        (10.0 * least, 50, None),
+    ] {
+        assert_eq!(value_of(50, hit, found).0, doubt, "{hit} {found}");
+    }
 }
 
 /// Protects: a small sun that scattered paths see in chrome is light by chance, as a lamp in a
@@ -380,20 +383,17 @@ fn a_small_sun_in_chrome_is_met_by_chance() {
             ..Settings::from_scene(&scene)
         };
         let ready = prepare(&scene, &settings, &()).expect("a scene");
-        let film = rendered(&ready);
-        (
-            film.counters.unaided > 0,
-            film.estimate_uncertainty().expect("four replicates").doubt
-                == Some(EstimateDoubt::LightByChance),
-        )
+        let estimate = rendered(&ready).estimate_uncertainty();
+        estimate.expect("four replicates").doubt == Some(EstimateDoubt::LightByChance)
     };
     assert_eq!(
         [
             value_of(4000.0, 0.02),
+            value_of(4000.0, 0.04),
             value_of(20.0, 0.02),
             value_of(4000.0, 0.4)
         ],
-        [(true, true), (false, false), (false, false)]
+        [true, true, false, false]
     );
 }
 

@@ -5,6 +5,7 @@ use raywright_bvh::{Hit, Real, Vector};
 
 use super::light::power_heuristic;
 use super::{MIRROR_DENSITY, PathState, PathTracer, PreviousVertex};
+use crate::counters::add_power;
 use crate::interaction::Interaction;
 use crate::light::{LightId, ShadowRayTarget, SkySample};
 use crate::settings::LightSampling;
@@ -52,6 +53,7 @@ impl<R: Real> PathTracer<'_, R> {
         };
         self.counters.found += u64::from(self.hits_lights_by_chance(path));
         let emitted = path.throughput * emission * share;
+        self.count_narrow_hit(path, emitted);
         path.radiance += emitted;
         self.add_directly_visible_radiance(path.segments_traced == 1, emitted);
     }
@@ -96,10 +98,21 @@ impl<R: Real> PathTracer<'_, R> {
                 lights.sky_density(direction, sky_sample.image_coordinates, 1.0) >= density,
             );
         }
-        sky_sample.radiance
+        let radiance = sky_sample.radiance
             * self.bsdf_sampling_mis_weight(path, LightId::Sky, |probability| {
                 lights.sky_density(direction, sky_sample.image_coordinates, probability)
-            })
+            });
+        self.count_narrow_hit(path, path.throughput * radiance);
+        radiance
+    }
+
+    /// Counts the light that a path found by chance alone.
+    #[inline(always)]
+    fn count_narrow_hit(&mut self, path: &PathState<R>, radiance: R::Vec3) {
+        if path.is_narrow {
+            let found = radiance.to_f64().max_element();
+            add_power(&mut self.counters.narrow_found, found);
+        }
     }
 
     /// Whether the path was scattered diffusely before, and its last direction came from a mirror.

@@ -5,7 +5,8 @@ use raywright_bvh::{Ray, Real, Vector};
 use super::bsdf_lanes::BsdfLanes;
 use super::shade::ScatteredRayLanes;
 use super::vertices::{LitSides, VertexLanes, WavefrontSlice};
-use super::{PathState, PathTracer, PreviousVertex};
+use super::{NARROW, PathState, PathTracer, PreviousVertex};
+use crate::counters::add_power;
 use crate::interaction::Interaction;
 use crate::light::get_lane_vector;
 use crate::prepare::PreparedSpawnRule;
@@ -109,6 +110,13 @@ impl<R: Real> PathTracer<'_, R> {
             self.counters.unaided += u64::from(
                 self.hits_lights_by_chance(path) && !self.scene.lights.emitters.is_empty(),
             );
+            let [sampled, radiance] = path.light_sample;
+            path.is_narrow = path.min_pdf < density && density > NARROW * sampled;
+            if path.is_narrow {
+                let hit = throughput.to_f64().max_element() * radiance;
+                self.counters.narrow += 1;
+                add_power(&mut self.counters.narrow_power, hit);
+            }
         }
         if self.scene.tracks_media && scattered_ray.is_transmitted {
             path.media = self.media_beyond_surface(&path.media, interaction);

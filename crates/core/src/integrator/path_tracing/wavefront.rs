@@ -310,6 +310,7 @@ impl<R: Real> PathTracer<'_, R> {
                     self.add_direct_light(slice, (vertices, lane), (light, lights), &shaded);
                 }
                 if shaded.next.continues[lane] {
+                    slice.paths[slice.active[index] as usize].record_light_sample(lights, lane);
                     self.continue_path(
                         slice,
                         (vertices, lane),

@@ -58,10 +58,8 @@ pub fn report_error(
             "not converged: a few pixels have most of the noise ({noise}), because their samples rarely find light; a larger --spp finds light more often"
         )),
         Some(EstimateDoubt::LightByChance) => notes.add_warning(format!(
-            "not converged: paths by mirrors or through glass hit lamps and suns only by chance, and only {} of {} such paths hit a lamp or sun ({noise}); \
-             a larger --spp hits them more often",
-            film.counters().found,
-            film.counters().unaided
+            "not converged: paths by mirrors, glass or gloss hit lamps and suns only by chance, and may have missed more light than the error shows ({noise}); \
+             a larger --spp hits them more often"
         )),
     }
     Some(report_denoised_error(rendered, notes).unwrap_or(phrase) + &reached_text)

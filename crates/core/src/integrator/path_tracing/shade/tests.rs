@@ -55,6 +55,8 @@ fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> (PathState<f32>, Ve
         passages: 0,
         has_hit: true,
         min_pdf: f64::INFINITY,
+        light_sample: [1.0, 0.0],
+        is_narrow: false,
         media: MediumStack::default(),
         previous: PreviousVertex {
             from: Vec3::Y,
