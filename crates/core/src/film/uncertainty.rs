@@ -238,10 +238,16 @@ impl Film {
         (error / (self.mean_brightness().powi(2) + FLOOR)).sqrt()
     }
 
-    /// Returns the mean radiance over pixels and channels.
+    /// Returns the mean magnitude of the replicates' radiance over pixels and channels.
     fn mean_brightness(&self) -> f64 {
         let (planes, pixels) = (self.replicate_stats(), self.plan.pixel_count());
-        let total: f64 = (0..pixels).flat_map(|pixel| planes.mean(pixel).0).sum();
+        let mut means = Vec::new();
+        let mut brightness_of = |pixel| {
+            planes.collect_replicate_means(pixel, &mut means);
+            let sum: f64 = means.iter().flatten().map(|mean| mean.abs()).sum();
+            sum / means.len() as f64
+        };
+        let total: f64 = (0..pixels).map(&mut brightness_of).sum();
         total / (3 * pixels) as f64
     }
 
