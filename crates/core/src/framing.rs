@@ -7,7 +7,10 @@
 //! Each later view costs as much as a few thousand points.
 
 mod outline;
+mod stray;
 mod viewed_points;
+
+use std::cell::Cell;
 
 use glam::DVec3;
 use raywright_bvh::Aabb;
@@ -111,6 +114,7 @@ pub struct Silhouette {
     /// Points whose convex hull approximates that of the scene.
     points: Vec<DVec3>,
     faces: AreaWeightedNormals,
+    has_stray_parts: bool,
 }
 
 /// Area-weighted sums of surface normals, from which the default view is chosen.
@@ -129,12 +133,21 @@ struct AreaWeightedNormals {
 const EXAMINED_TRIANGLES: usize = 1 << 18;
 
 impl Silhouette {
-    /// Computes the silhouette of all bounded parts of a scene.
+    /// Computes the silhouette of all bounded parts of a scene but stray ones.
     pub fn from_scene(scene: &Scene) -> Self {
         let lookup = SceneLookup::new(scene);
         let outlines = OutlinePoints::from_scene(scene, &lookup);
-        let points =
-            select_outermost_points(|visit| outlines.visit_points(scene, visit), FINE_CELLS);
+        let view = stray::find_view_bounds(&outlines.object_patches(scene));
+        let has_stray_parts = Cell::new(outlines.has_stray_parts);
+        let visit_points = |visit: &mut dyn FnMut(DVec3)| {
+            outlines.visit_points(scene, &mut |point| match view
+                .is_some_and(|view| !stray::contains(&view, point))
+            {
+                true => has_stray_parts.set(true),
+                false => visit(point),
+            });
+        };
+        let points = select_outermost_points(visit_points, FINE_CELLS);
         let middle = Aabb::from_points(points.iter().copied()).centre();
         let faces = AreaWeightedNormals::from_scene(
             scene,
@@ -142,7 +155,17 @@ impl Silhouette {
             middle,
             outlines.triangles / EXAMINED_TRIANGLES + 1,
         );
-        Self { points, faces }
+        Self {
+            points,
+            faces,
+            has_stray_parts: has_stray_parts.get(),
+        }
+    }
+
+    /// Whether the scene has stray parts, which lie outside the silhouette: at most a thousandth of
+    /// the surface, farther away than 250 times the extent of the rest.
+    pub fn has_stray_parts(&self) -> bool {
+        self.has_stray_parts
     }
 
     /// Returns the silhouette of a box.
@@ -155,6 +178,7 @@ impl Silhouette {
         Self {
             points,
             faces: AreaWeightedNormals::default(),
+            has_stray_parts: false,
         }
     }
 

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use raywright_core::Settings;
 use raywright_core::display::Display;
-use raywright_core::framing::{Silhouette, ViewAngles};
+use raywright_core::framing::{FIELD_OF_VIEW, Silhouette, ViewAngles};
 use raywright_core::ladder::Ladder;
 use raywright_core::scene::{Camera, Scene};
 use raywright_core::settings::{Background, Crop, Sampling};
@@ -29,11 +29,14 @@ pub struct PicturePlan {
     pub display: Display,
     /// Exposure that the user requests; `None`: that of the scene, or of a model's own lights.
     pub requested_exposure: Option<ExposureChoice>,
+    /// Whether the view leaves out stray parts of the scene.
+    pub has_stray_parts: bool,
 }
 
 impl RenderTask {
     /// Resolves the settings of a picture of a scene, and applies the chosen rungs (quality levels)
-    /// to the scene. The silhouette is computed only if a camera frames the whole scene.
+    /// to the scene. A scene without a camera is framed. The silhouette is computed only if a
+    /// camera frames the whole scene.
     pub fn resolve_shot(
         &self,
         scene: &mut Scene,
@@ -41,14 +44,18 @@ impl RenderTask {
         silhouette: &OnceCell<Silhouette>,
     ) -> Result<PicturePlan, Failure> {
         let view = shot.resolve_view(|| silhouette.get_or_init(|| Silhouette::from_scene(scene)));
-        self.resolve_plan(scene, view, |scene, view, fov, aspect| {
+        let frame = |scene: &Scene, view: Option<ViewAngles>, fov, aspect| {
             let silhouette = silhouette.get_or_init(|| Silhouette::from_scene(scene));
-            silhouette.frame_camera(
-                view.unwrap_or_else(|| silhouette.default_view()),
-                fov,
-                aspect,
-            )
-        })
+            let view = view.unwrap_or_else(|| silhouette.default_view());
+            silhouette.frame_camera(view, fov, aspect)
+        };
+        let mut plan = self.resolve_plan(scene, view, frame)?;
+        let [width, height] = plan.settings.size.map(f64::from);
+        plan.settings
+            .camera
+            .get_or_insert_with(|| frame(scene, None, FIELD_OF_VIEW, width / height));
+        plan.has_stray_parts = silhouette.get().is_some_and(Silhouette::has_stray_parts);
+        Ok(plan)
     }
 
     /// Resolves the settings of a picture of a scene from a view, and applies the chosen rungs
@@ -121,6 +128,7 @@ impl RenderTask {
             },
             settings,
             requested_exposure: self.overrides.display.exposure,
+            has_stray_parts: false,
         })
     }
 

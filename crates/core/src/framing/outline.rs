@@ -1,12 +1,15 @@
 //! Outermost points of a scene, which determine its silhouette from any side. They are found in two
 //! passes without storing all points.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 
 use glam::DVec3;
+use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::{Aabb, Shape as _};
 
 use super::mesh_vertex_position;
+use super::stray::{Patch, contains, examine, find_view_bounds};
 use crate::extent::{flattens_surfaces, surface_triangles};
 use crate::generate::{all_objects, objects_with_counts};
 use crate::lookup::SceneLookup;
@@ -28,12 +31,14 @@ const MAX_POINTS: usize = 1 << 22;
 
 /// Outermost points of the objects of a scene, in the objects' own spaces.
 pub(super) struct OutlinePoints<'a> {
-    /// Outermost points of each mesh, by name.
-    meshes: HashMap<&'a str, Vec<DVec3>>,
+    /// Outermost points of each mesh, and its area, by name.
+    meshes: HashMap<&'a str, (Vec<DVec3>, f64)>,
     /// Points of a ball of radius 1, for spheres.
     ball: Vec<DVec3>,
     /// Number of triangles of all objects.
     pub triangles: usize,
+    /// Whether a mesh has stray parts, whose points are missing.
+    pub has_stray_parts: bool,
 }
 
 impl<'a> OutlinePoints<'a> {
@@ -51,27 +56,60 @@ impl<'a> OutlinePoints<'a> {
                 .map_or(0, |data| data.indices.len() as u64);
             triangles = triangles.saturating_add(count.saturating_mul(own));
         }
+        let has_stray_parts = Cell::new(false);
         let hull = |(name, uses): (&'a str, u64)| {
             let data = lookup.mesh_data(name)?;
             let used = find_used_vertices(data);
+            let patches = examine(surface_patches(data), data.indices.len());
+            let view = find_view_bounds(&patches);
+            let is_stray = |point: &DVec3| view.is_some_and(|view| !contains(&view, *point));
             let edge = if uses > MAX_FINE_USES {
                 COARSE_CELLS
             } else {
                 FINE_CELLS
             };
-            Some((
-                name,
-                select_outermost_points(
-                    |visit| used_vertex_positions(data, &used).for_each(visit),
-                    edge,
-                ),
-            ))
+            let points = |visit: &mut dyn FnMut(DVec3)| {
+                for point in used_vertex_positions(data, &used) {
+                    match is_stray(&point) {
+                        true => has_stray_parts.set(true),
+                        false => visit(point),
+                    }
+                }
+            };
+            let examined: f64 = patches.iter().map(|(_, area)| area).sum();
+            let area = examined * data.indices.len() as f64 / patches.len().max(1) as f64;
+            Some((name, (select_outermost_points(points, edge), area)))
         };
         Self {
             meshes: uses.into_iter().filter_map(hull).collect(),
             ball: unit_sphere_points(),
             triangles: triangles as usize,
+            has_stray_parts: has_stray_parts.get(),
         }
+    }
+
+    /// Returns bounds and area of the objects of a scene.
+    pub fn object_patches(&self, scene: &Scene) -> Vec<Patch> {
+        let count = objects_with_counts(scene)
+            .map(|(_, count)| count)
+            .sum::<u64>();
+        let patches = all_objects(scene).filter_map(|placed_object| {
+            let (bounds, area) = match &placed_object.object.shape {
+                Shape::Mesh(name) => {
+                    let (points, area) = self.meshes.get(name.as_str())?;
+                    (Aabb::from_points(points.iter().copied()), *area)
+                }
+                shape => {
+                    let bounds = Aabb::from_points(bounding_box_corners(shape));
+                    let [x, y, z] = bounds.extent().to_array();
+                    (bounds, 2.0 * (x * y + y * z + z * x))
+                }
+            };
+            let map = placed_object.object_to_world();
+            let scale = libm::cbrt(map.matrix3.determinant().abs());
+            (!bounds.is_empty()).then(|| (transform_bounds(&map, &bounds), area * scale * scale))
+        });
+        examine(patches, usize::try_from(count).unwrap_or(usize::MAX))
     }
 
     /// Visits the points of all objects in world space.
@@ -84,7 +122,7 @@ impl<'a> OutlinePoints<'a> {
                 Shape::Mesh(name) => (
                     self.meshes
                         .get(name.as_str())
-                        .map_or(&[][..], Vec::as_slice),
+                        .map_or(&[][..], |(points, _)| points),
                     1.0,
                     NOWHERE,
                 ),
@@ -114,6 +152,15 @@ impl<'a> OutlinePoints<'a> {
             }
         }
     }
+}
+
+/// Iterates over bounds and area of the triangles of a mesh, in its own space.
+fn surface_patches(data: &MeshData) -> impl Iterator<Item = Patch> {
+    data.indices.iter().map(|corners| {
+        let [a, b, c] = corners.map(|i| mesh_vertex_position(data, i));
+        let area = 0.5 * (b - a).cross(c - a).length();
+        (Aabb::from_points([a, b, c]), area)
+    })
 }
 
 /// Returns for each vertex of a mesh whether a triangle with an area uses it.

@@ -407,3 +407,44 @@ fn parts_without_area_are_not_framed() {
         }
     }
 }
+
+/// Protects: a part of a thousandth of the surface, 500 sizes away, is left out of the view and
+/// told, in a mesh of its own and in the same one; a greater or a nearer part is shown.
+#[test]
+fn stray_parts_are_left_out_of_the_view() {
+    let square = |[x, z]: [f64; 2], half: f64| {
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+            .map(|[a, b]| [x + half * a, half * b, z])
+    };
+    let body = || (0..5).map(|i| square([0.0, 0.1 * f64::from(i)], 1.0));
+    let two = |far: f64, half: f64| {
+        let own = quads(&body().collect::<Vec<_>>());
+        let mut scene = quads(&[square([far, 0.0], half)]);
+        scene.meshes[0].name = "far".to_owned();
+        scene.meshes.extend(own.meshes);
+        scene.objects[0].shape = Shape::Mesh("far".to_owned());
+        scene.objects.extend(own.objects);
+        scene
+    };
+    let one =
+        |far: f64, half: f64| quads(&body().chain([square([far, 0.0], half)]).collect::<Vec<_>>());
+    let plain = Silhouette::from_scene(&quads(&body().collect::<Vec<_>>()));
+    assert!(!plain.has_stray_parts());
+    let camera = |silhouette: &Silhouette| silhouette.frame_camera(ViewAngles::DEFAULT, 40.0, 1.0);
+    for (far, half, is_stray) in [
+        (1e3, 0.06, true),
+        (1e9, 0.06, true),
+        (1e3, 0.2, false),
+        (400.0, 0.06, false),
+    ] {
+        for scene in [one(far, half), two(far, half)] {
+            let silhouette = Silhouette::from_scene(&scene);
+            assert_eq!(silhouette.has_stray_parts(), is_stray, "{half} at {far}");
+            assert_eq!(
+                camera(&silhouette) == camera(&plain),
+                is_stray,
+                "{half} at {far}"
+            );
+        }
+    }
+}

@@ -69,6 +69,7 @@ pub fn render_to_memory(
     let chosen = choose_exposure(&loaded, &ready, requested, &watch);
     plan.apply_exposure(chosen, &mut ready);
     messages::note_chosen_exposure(chosen, &mut notes);
+    messages::note_stray_parts(&plan, &mut notes);
     super::note_preparation(&mut loaded, &ready, &plan.settings, &mut notes);
     super::refuse_impossible_denoising(task, &plan.settings, &ready, &mut notes)?;
     let mut film = ready.new_film("");

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
 
-use raywright_core::framing::{FIELD_OF_VIEW, Silhouette};
+use raywright_core::framing::Silhouette;
 use raywright_core::ladder::RungChoice;
 use raywright_core::settings::Settings;
 use raywright_core::{ReadyScene, measure_scene_extent};
@@ -68,7 +68,7 @@ impl ViewedScene {
             return Err(failure);
         }
         let silhouette = OnceCell::new();
-        let mut plan = resolve_plan(&task, &mut loaded, &silhouette)?;
+        let mut plan = task.resolve_shot(&mut loaded.scene, &task.shots[0], &silhouette)?;
         let mut ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
         let requested = (plan.display, plan.requested_exposure);
         let exposure = choose_exposure(&loaded, &ready, requested, &watch);
@@ -103,7 +103,8 @@ impl ViewedScene {
             *self = Self::load(name, task, stop)?;
             return Ok(SceneChange::Reading);
         }
-        let mut plan = resolve_plan(&task, &mut self.loaded, &self.silhouette)?;
+        let mut plan =
+            task.resolve_shot(&mut self.loaded.scene, &task.shots[0], &self.silhouette)?;
         let of_scene = |settings: &Settings| Settings {
             camera: None,
             ..settings.clone()
@@ -164,20 +165,4 @@ pub type FileStamps = BTreeMap<PathBuf, Option<(SystemTime, u64)>>;
 
 fn chosen_rungs(task: &RenderTask) -> &[RungChoice] {
     &task.choices.rungs
-}
-
-/// Resolves the settings of the picture. If the scene has no camera, a camera is added that frames
-/// the scene; the page needs a camera to move.
-fn resolve_plan(
-    task: &RenderTask,
-    loaded: &mut LoadedScene,
-    silhouette: &OnceCell<Silhouette>,
-) -> Result<PicturePlan, Failure> {
-    let mut plan = task.resolve_shot(&mut loaded.scene, &task.shots[0], silhouette)?;
-    let [width, height] = plan.settings.size.map(f64::from);
-    plan.settings.camera.get_or_insert_with(|| {
-        let silhouette = silhouette.get_or_init(|| Silhouette::from_scene(&loaded.scene));
-        silhouette.frame_camera(silhouette.default_view(), FIELD_OF_VIEW, width / height)
-    });
-    Ok(plan)
 }

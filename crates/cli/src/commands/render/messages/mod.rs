@@ -10,7 +10,7 @@ mod scene;
 pub use error::{describe_shortfall, note_denoising, report_error};
 pub use picture::{
     format_details, note_chosen_exposure, note_exposure, note_headlight, note_lost_samples,
-    note_unreached_lights,
+    note_stray_parts, note_unreached_lights,
 };
 pub use precision::{note_closed_gaps, note_light_leaks};
 pub use scene::{

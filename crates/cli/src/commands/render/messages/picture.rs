@@ -57,6 +57,15 @@ pub fn note_chosen_exposure(chosen: ChosenExposure, notes: &mut Notes) {
     }
 }
 
+/// Adds a note about small parts so far away that the view leaves them out.
+pub fn note_stray_parts(plan: &PicturePlan, notes: &mut Notes) {
+    if plan.has_stray_parts {
+        notes.add_note(
+            "the view leaves out small parts that lie hundreds of sizes away from the rest; delete them, or set a view with --eye and --target",
+        );
+    }
+}
+
 /// Adds a note about the lamp at a camera that surfaces enclose.
 pub fn note_headlight(ready: &ReadyScene, notes: &mut Notes) {
     if ready.has_headlight() {

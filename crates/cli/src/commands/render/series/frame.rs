@@ -388,5 +388,6 @@ impl<'a> PictureSeries<'a> {
         self.exposure = Some(chosen);
         plan.apply_exposure(chosen, ready);
         messages::note_chosen_exposure(chosen, notes);
+        messages::note_stray_parts(plan, notes);
     }
 }
