@@ -142,7 +142,7 @@ fn files_hold_the_figures() {
     assert_eq!(json, file);
     assert_eq!(
         (&json["format"], &json["scene"], &json["size"]),
-        (&3.into(), &"ball.scene.toml".into(), &vec![16, 12].into())
+        (&4.into(), &"ball.scene.toml".into(), &vec![16, 12].into())
     );
     let list = |of: &str| {
         json[of]

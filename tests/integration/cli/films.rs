@@ -714,8 +714,8 @@ fn full_disks_keep_films() {
 #[test]
 fn films_are_shown() {
     let sandbox = sandbox();
-    render(&sandbox, "--spp 6 --checkpoint a.film -o a.png").exits_with(0);
-    render(&sandbox, "--spp 6 --part 1/2 --checkpoint part").exits_with(0);
+    render(&sandbox, "--spp 16 --checkpoint a.film -o a.png").exits_with(0);
+    render(&sandbox, "--spp 16 --part 1/2 --checkpoint part").exits_with(0);
     let table = |name: &str| {
         let run = sandbox.run(&["info", name]);
         run.exits_with(0).text().to_owned()
@@ -723,9 +723,9 @@ fn films_are_shown() {
     let whole = table("a.film");
     for text in [
         "Raywright film",
-        "6 to 6 of 6 a pixel; 0 of ",
+        "16 to 16 of 16 a pixel; 0 of ",
         "root relMSE",
-        "samples=6",
+        "samples=16",
         "scene hash",
     ] {
         assert!(whole.contains(text), "{text}: {whole}");

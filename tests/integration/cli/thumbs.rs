@@ -197,14 +197,10 @@ fn linked_folders_are_searched_once() {
     ] {
         symlink(target, sandbox.path(link)).expect("a link");
     }
-    let mut found = lines(&sandbox, &["--size", "16"]);
-    found.sort();
-    assert_eq!(found.len(), 3, "{found:?}");
-    assert_eq!(
-        found[..2],
-        ["new  out/a/b/t.obj.png", "new  out/c/u.obj.png"]
-    );
-    assert!(found[2].ends_with("/v.obj.png"), "{found:?}");
+    let found = lines(&sandbox, &["--size", "16"]);
+    let has = |line: &str| found.iter().any(|found| found.ends_with(line));
+    let all = ["out/a/b/t.obj.png", "out/c/u.obj.png", "/v.obj.png"];
+    assert!(found.len() == 3 && all.into_iter().all(has), "{found:?}");
     // The folder of the pictures may be the searched folder.
     let run = sandbox.run(&["thumbs", "models", "-o", "models", "--size", "16"]);
     assert_eq!(run.exits_with(0).text().lines().count(), 3);
