@@ -17,7 +17,7 @@ pub fn stdout_was_closed() -> bool {
 
 #[cfg(target_os = "linux")]
 mod before_main {
-    use std::os::fd::BorrowedFd;
+    use rustix::fd::BorrowedFd;
 
     use super::*;
 
