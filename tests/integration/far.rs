@@ -258,6 +258,7 @@ fn what_is_too_far_apart_is_named() {
                 "1",
                 "--precision",
                 precision,
+                "--allow-empty",
                 "-o",
                 "o.exr",
             ])

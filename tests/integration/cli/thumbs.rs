@@ -166,7 +166,7 @@ fn thumbnails_show_something() {
     sandbox
         .run(&["thumbs", "models", "-o", "out", "--size", "16"])
         .exits_with(3)
-        .prints_like("no camera ray hits an object");
+        .prints_like("there is nothing to see");
     assert!(!sandbox.path("out/point.obj.png").exists());
 }
 

@@ -5,7 +5,6 @@ use raywright_core::picture::Picture;
 use raywright_core::{Observer, ReadyScene};
 use raywright_io::{LoadedScene, SceneFormat};
 
-use super::PicturePlan;
 use crate::args::{DisplayArgs, ExposureChoice};
 
 /// Exposures of a picture, chosen before its render from a small picture of the whole view. They do
@@ -49,14 +48,6 @@ pub fn choose_exposure(
             .or(lights)
             .filter(|_| requested.is_none() || is_auto),
         lights: lights.unwrap_or(0.0),
-    }
-}
-
-impl PicturePlan {
-    /// Applies a chosen exposure to the picture, and to the backdrop of its studio.
-    pub fn apply_exposure(&mut self, chosen: ChosenExposure, ready: &mut ReadyScene) {
-        ready.set_backdrop_exposure(chosen.lights);
-        self.display.exposure_stops = chosen.display.unwrap_or(self.display.exposure_stops);
     }
 }
 

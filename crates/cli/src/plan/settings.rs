@@ -2,15 +2,15 @@
 
 use std::cell::OnceCell;
 
-use raywright_core::Settings;
 use raywright_core::display::Display;
 use raywright_core::framing::{FIELD_OF_VIEW, Silhouette, ViewAngles};
 use raywright_core::ladder::Ladder;
 use raywright_core::scene::{Camera, Scene};
 use raywright_core::settings::{Background, Crop, Sampling};
+use raywright_core::{ReadyScene, Settings};
 use raywright_io::Error;
 
-use super::display::apply_display_flags;
+use super::display::{ChosenExposure, apply_display_flags};
 use super::{DisplayOverrides, RenderTask, Shot, rungs, view};
 use crate::args::{BackgroundChoice, ExposureChoice, MOST_SAMPLES};
 use crate::failure::Failure;
@@ -31,6 +31,14 @@ pub struct PicturePlan {
     pub requested_exposure: Option<ExposureChoice>,
     /// Whether the view leaves out stray parts of the scene.
     pub has_stray_parts: bool,
+}
+
+impl PicturePlan {
+    /// Applies a chosen exposure to the picture, and to the backdrop of its studio.
+    pub fn apply_exposure(&mut self, chosen: ChosenExposure, ready: &mut ReadyScene) {
+        ready.set_backdrop_exposure(chosen.lights);
+        self.display.exposure_stops = chosen.display.unwrap_or(self.display.exposure_stops);
+    }
 }
 
 impl RenderTask {
