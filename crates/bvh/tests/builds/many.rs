@@ -136,7 +136,7 @@ fn crowds_built_in_parts_keep_their_numbers() {
     threads.build().expect("seven threads").install(|| {
         for kind in (0..=MIXED).filter(|&kind| !is_unbounded(kind)) {
             let hits = count_hits::<f32>(kind);
-            assert!(4 * hits > PACKETS * RAYS, "kind {kind}: {hits} hits");
+            assert!(8 * hits > PACKETS * RAYS, "kind {kind}: {hits} hits");
         }
         assert!(count_hits::<f64>(MIXED) > 0);
     });
