@@ -18,7 +18,7 @@ pub struct ErrorEstimate {
 }
 
 /// Greatest ratio of the upper end of an interval to the value at which both say something.
-const WIDEST: f64 = 10.0;
+const WIDEST: f64 = 100.0;
 
 /// Ratio of the one-sided 90 % quantile of the normal distribution to the two-sided 95 % quantile.
 const ONE_SIDED: f64 = 0.654;

@@ -40,9 +40,9 @@ pub struct NonSchlickReflectance<N: Number> {
     pub(super) tabulated_lanes: N::Mask,
 }
 
-/// Greatest ratio of the energy that microfacets leave along the view to its mean. Both are
-/// estimates by different tables. Where little light passes the microfacets, their errors may
-/// exceed the mean; the limit keeps the base as dark as the mean.
+/// Greatest ratio of the energy that microfacets under a film leave along the view to its mean.
+/// Both are estimates by different tables. Where little light passes the microfacets, their errors
+/// may exceed the mean; the limit keeps the base as dark as the mean.
 const MOST_OVER_MEAN: f64 = 4.0;
 
 /// Microfacets over a diffuse base, for one viewing direction.
@@ -98,7 +98,8 @@ impl<N: Number> MicrofacetLayer<N> {
             );
         }
         let left = self.unreflected_energy(wo, cosine);
-        if self.non_schlick.is_some() {
+        let has_film = |curve: &NonSchlickReflectance<N>| curve.reflectance.film.is_some();
+        if self.non_schlick.as_ref().is_some_and(has_film) {
             base = base.max(left[0] / N::from_f64(MOST_OVER_MEAN));
         }
         Self {
