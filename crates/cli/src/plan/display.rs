@@ -17,8 +17,9 @@ pub struct ChosenExposure {
     pub lights: f64,
 }
 
-/// Chooses the exposure of a prepared scene: for a model with lights of its own that which shows its
-/// objects, unless another is requested, and with `auto` one that clips few pixels of objects.
+/// Chooses the exposure of a prepared scene: for a model with lights of its own, or with a lamp at an
+/// enclosed camera, that which shows its objects, unless another is requested; with `auto` one that
+/// clips few pixels of objects.
 pub fn choose_exposure(
     loaded: &LoadedScene,
     ready: &ReadyScene,
@@ -26,7 +27,7 @@ pub fn choose_exposure(
     observer: &dyn Observer,
 ) -> ChosenExposure {
     let is_model = !matches!(loaded.source.format, SceneFormat::Native(_));
-    let has_own_lights = is_model && !loaded.scene.lights.is_empty();
+    let has_own_lights = is_model && (!loaded.scene.lights.is_empty() || ready.has_headlight());
     let is_auto = requested == Some(ExposureChoice::Auto);
     if !has_own_lights && !is_auto {
         return ChosenExposure::default();

@@ -193,7 +193,7 @@ fn look_from(scene: &crate::Scene, eye: [f64; 3]) -> (bool, f32) {
 /// without the studio's light are not.
 #[test]
 fn enclosed_cameras_carry_a_lamp() {
-    let plain = || serde_json::json!({});
+    let plain = || serde_json::json!({ "base_colour": 0.4 });
     let all = [0, 1, 2, 3, 4, 5];
     for side in ["both", "inside"] {
         let (has_lamp, mean) = look_from(&room(&all, side, plain()), [0.3, 0.2, 1.5]);

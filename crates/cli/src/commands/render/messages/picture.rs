@@ -52,7 +52,7 @@ pub fn note_chosen_exposure(chosen: ChosenExposure, notes: &mut Notes) {
     if let Some(stops) = chosen.display.filter(|_| chosen.lights != 0.0) {
         let level = if chosen.lights < 0.0 { "bright" } else { "dim" };
         notes.add_note(format!(
-            "the model's own lights are too {level} for the display: exposure {stops} stops; --exposure 0 shows their numbers unchanged"
+            "the lights are too {level} for the display: exposure {stops} stops; --exposure 0 shows their numbers unchanged"
         ));
     }
 }
