@@ -470,9 +470,14 @@ fn edges_lie_where_their_triangles_are() {
         let picture = |precision, transform: Value, end: Option<Value>, wireframe| {
             let shutter = end.is_some().then_some([0.5, 0.5 + 1e-9]);
             let object = json!([{ "shape": shape, "material": "white", "transform": transform, "transform_end": end }]);
-            let mut scene = white(object, view(json!({ "shutter": shutter })));
+            let model = classic(json!({ "ambient": 1, "colour": 1 }));
+            let mut scene = scene(json!({
+                "cameras": view(json!({ "shutter": shutter })),
+                "materials": [{ "name": "white", "model": model }],
+                "meshes": mesh,
+                "objects": object,
+            }));
             scene.cameras[0].projection = Projection::Orthographic { height: 8.0 };
-            scene.meshes = serde_json::from_value(mesh.clone()).expect("a mesh");
             let settings = Settings {
                 size: [32, 32],
                 sampling: Sampling::General(16),
