@@ -444,8 +444,9 @@ fn older_formats_are_read() {
 /// after its end, and a whole picture in its header, are none.
 #[test]
 fn half_a_jpeg_is_told() {
-    let picture =
-        image::RgbImage::from_fn(40, 40, |x, y| image::Rgb([x as u8 * 6, y as u8 * 6, 90]));
+    let picture = image::RgbImage::from_fn(200, 200, |x, y| {
+        image::Rgb([x as u8, y as u8, (x * y) as u8])
+    });
     let mut file = Cursor::new(Vec::new());
     picture
         .write_to(&mut file, ImageFormat::Jpeg)

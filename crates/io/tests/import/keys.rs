@@ -674,7 +674,7 @@ fn pictures_that_are_none() {
             0,
             "images[0]: is a broken picture",
         ),
-        (data(b"GIF89a"), 0, "images[0]: is a GIF"),
+        (data(b"GIF89a"), 0, "images[0]: is a broken picture"),
         (
             data(b"\xabKTX 20\xbb\r\n\x1a\n"),
             0,
@@ -687,7 +687,7 @@ fn pictures_that_are_none() {
         ),
         (uri("text.png"), 0, "images[0]: is not a picture"),
         (uri("half.png"), 0, "images[0]: is a broken picture"),
-        (uri("a.gif"), 0, "images[0]: is a GIF"),
+        (uri("a.gif"), 0, "images[0]: is a broken picture"),
         (uri("gone.png"), 0, "images[0]: cannot read `gone.png`"),
         (
             json!({ "bufferView": 77 }),

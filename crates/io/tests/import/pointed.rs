@@ -117,7 +117,8 @@ fn properties_have_their_value_at_a_time() {
             found_loaded
                 .warnings
                 .iter()
-                .all(|warning| !warning.message.contains("ignored")),
+                .all(|warning| warning.message.contains("znear")
+                    || !warning.message.contains("ignored")),
             "{:?}",
             found_loaded.warnings
         );

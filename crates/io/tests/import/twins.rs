@@ -356,7 +356,12 @@ fn files_in_memory_are_files() {
     assert_eq!(on_disk.hash, in_memory.hash);
     assert_eq!(
         expected.lock().expect("no panic").split_off(0),
-        ["sub/a.obj", "sub/lib/m.mtl", "sub/maps/x.png"]
+        [
+            "sub/a.obj",
+            "sub/lib/m.mtl",
+            "sub/lib/maps/x.png",
+            "sub/maps/x.png"
+        ]
     );
 
     for (library, words) in [
