@@ -17,7 +17,7 @@ enum ConsequentFindingScope {
 }
 
 /// Codes of causes, each with the codes that follow from it.
-const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 21] = [
+const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 22] = [
     (
         FindingCode::LightBehindGlass,
         ConsequentFindingScope::Scene,
@@ -87,6 +87,11 @@ const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 21] 
         FindingCode::SceneBelowPixel,
         ConsequentFindingScope::Subject,
         &[FindingCode::NothingSeen],
+    ),
+    (
+        FindingCode::LostObject,
+        ConsequentFindingScope::Scene,
+        &[FindingCode::SceneBelowPixel],
     ),
     (
         FindingCode::UnresolvedObject,
