@@ -276,47 +276,6 @@ fn lost_light_is_measured() {
     assert!(rungs.len() > 3);
 }
 
-/// Protects: a shorter path that saves time and hides its lost light in noise is never advised.
-/// Two facing walls exchange some per cent of the light, far less than the error of few samples.
-#[test]
-fn settings_that_darken_are_no_advice() {
-    let scene: Scene = serde_json::from_str(
-        r#"{"format": 1, "render": {"size": [32, 32], "samples": 4, "max_depth": 8, "integrator": "path"},
-        "cameras": [{"name": "c", "pose": {"look_at": {"eye": [0, 0.5, 2], "target": [0, 0, 0], "up": [0, 1, 0]}},
-            "projection": {"pinhole": {"vertical_fov": 40}}}],
-        "materials": [{"name": "m", "model": {"physical": {"base_colour": 0.3, "roughness": 1}}},
-            {"name": "l", "model": {"physical": {"emission": 4}}}],
-        "objects": [{"shape": {"plane": {"point": [0, -1, 0], "normal": [0, 1, 0]}}, "material": "m"},
-            {"shape": {"plane": {"point": [0, 2, 0], "normal": [0, -1, 0]}}, "material": "m"},
-            {"shape": {"sphere": {"centre": [0, 0, 0], "radius": 0.3}}, "material": "m"},
-            {"shape": {"sphere": {"centre": [0, 1, 0], "radius": 0.7}}, "material": "l"}]}"#,
-    )
-    .expect("a scene");
-    let effort = AccuracyEffort {
-        budget: Duration::from_secs(600),
-        size: None,
-        rounds: 2,
-    };
-    let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-    let session = MeasurementSession::new(
-        &scene,
-        &Settings::from_scene(&scene),
-        Display::from_render(&scene.render),
-        effort,
-        &(),
-        (stopwatch, &Instant::now),
-    );
-    let measured = session.run_measurement(MeasurementStart::default(), &mut ());
-    let advice = measured.expect("a report").0.recommendations;
-    for advised in [advice.half_the_error, advice.same_error]
-        .into_iter()
-        .flatten()
-    {
-        let light = advised.measured.errors.light;
-        assert!(light.low > 0.99, "{:?}: {light:?}", advised.flags);
-    }
-}
-
 /// Protects: without a given size, a scene that renders quickly is measured at its own size, with a
 /// picture of each setting beside the reference's.
 #[test]
