@@ -17,7 +17,6 @@ use crate::error::{Error, describe_io_error};
 use crate::hash::SceneHash;
 use crate::inputs::InputFiles;
 use crate::limits::{Limits, format_bytes};
-use crate::text::strip_byte_order_mark;
 
 /// Reason why a [`Folder`] cannot read a file that a scene names.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -404,8 +403,8 @@ pub(crate) fn refuse_placeholder(bytes: Vec<u8>) -> std::io::Result<Vec<u8>> {
     const LFS: &str = "the file is only a Git LFS pointer, and its content was not fetched; `git lfs pull` fetches it";
     const HTML: &str =
         "the file is an HTML page, probably saved in place of the file; download the file itself";
-    let start = strip_byte_order_mark(&bytes).trim_ascii_start();
-    let start = String::from_utf8_lossy(&start[..start.len().min(1024)]).to_ascii_lowercase();
+    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(2048)]).to_ascii_lowercase();
+    let start = start.trim_start_matches('\u{feff}').trim_start();
     // Comments and an XML declaration may precede the first element of a page.
     let is_page = ["<!doctype html", "<html"].iter().any(|tag| {
         start.starts_with(tag)
