@@ -43,8 +43,8 @@ impl<R: Real> Backdrop<R> {
     /// Multiplies the radiance by a factor.
     pub fn scale(&mut self, factor: R) {
         match self {
-            Self::Constant(radiance) => *radiance = *radiance * factor,
-            Self::Studio { radiance, .. } => *radiance = *radiance * factor,
+            Self::Constant(radiance) => *radiance *= factor,
+            Self::Studio { radiance, .. } => *radiance *= factor,
         }
     }
 

@@ -144,10 +144,10 @@ fn white_is_bright_and_nowhere_clipped() {
 /// with the keys of its material.
 fn room(faces: &[usize], side: &str, material: serde_json::Value) -> crate::Scene {
     let quad = |face: usize| {
-        let (axis, sign) = (face / 2, if face % 2 == 0 { -2.0 } else { 2.0 });
+        let (axis, sign) = (face / 2, if face.is_multiple_of(2) { -2.0 } else { 2.0 });
         let (mut corner, mut u, mut v) = ([-2.0; 3], [0.0; 3], [0.0; 3]);
         (corner[axis], u[(axis + 1) % 3], v[(axis + 2) % 3]) = (sign, 4.0, 4.0);
-        if face % 2 == 0 {
+        if face.is_multiple_of(2) {
             core::mem::swap(&mut u, &mut v);
         }
         serde_json::json!({ "shape": { "quad": { "corner": corner, "edge_u": u, "edge_v": v } },
