@@ -300,7 +300,7 @@ pub(super) fn judge_settings(
     outcomes.into_iter().map(named).collect()
 }
 
-/// Judges the rays of a case in a single setting: [`judge_settings`] with one verdict a ray.
+/// Judges the rays of a case in a single setting: `judge_settings` with one verdict a ray.
 pub fn judge_rays(
     case: &str,
     seed: u64,
