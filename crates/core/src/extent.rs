@@ -8,12 +8,12 @@ use std::collections::HashMap;
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::shapes::{TransformedShape, Triangle};
-use raywright_bvh::{Aabb, Real, Shape as _, Vector};
+use raywright_bvh::{Aabb, Real, Shape as _};
 
 use crate::generate::objects_relative_to;
 use crate::lookup::SceneLookup;
 use crate::scene::{MeshData, Scene, Shape};
-use crate::shape::{convert_shape, convert_shape_in_own_space, transform_relative_to};
+use crate::shape::{convert_shape, convert_shape_in_own_space, mesh_bounds, transform_relative_to};
 use crate::storage_origin::StorageOrigin;
 pub(crate) use uses::MeshUseCounts;
 
@@ -111,22 +111,6 @@ impl SceneExtent {
             _ => self.unbounded += 1,
         }
     }
-}
-
-/// Returns the box around the triangles of a mesh that have an area as stored in `R`. With `map`, the triangles are
-/// transformed; without it, they are relative to the mesh's own origin.
-pub(crate) fn mesh_bounds<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
-    let position = |i: u32| {
-        let own = || DVec3::from(data.positions.offsets()[i as usize].map(f64::from));
-        Vector::from_f64(map.map_or_else(own, |map| {
-            map.transform_point3(data.positions.position(i as usize))
-        }))
-    };
-    let boxes = data
-        .indices
-        .iter()
-        .filter_map(|corners| Triangle::<R>::new(corners.map(position)).bounds());
-    boxes.filter(Aabb::has_area).fold(Aabb::EMPTY, Aabb::union)
 }
 
 /// Iterates over the triangles of a mesh that have an area in f64, so that a ray may hit them.

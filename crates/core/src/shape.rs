@@ -5,10 +5,10 @@ use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
     Sphere, Torus, Triangle,
 };
-use raywright_bvh::{Real, Shape as _, Vector};
+use raywright_bvh::{Aabb, Real, Shape as _, Vector};
 
 use crate::origin_grid::{MESH_DISTANCE_LIMIT, storage_origin_near};
-use crate::scene::{Shape, Triple};
+use crate::scene::{MeshData, Shape, Triple};
 
 /// Converts a transformed shape to a primitive. `None` for a mesh. There are two cases:
 ///
@@ -118,4 +118,20 @@ pub(crate) fn convert_moved_shape<R: Real>(shape: &Shape, offset: DVec3) -> Opti
         }
         Shape::Mesh(_) => return None,
     })
+}
+
+/// Returns the box around the triangles of a mesh that have an area as stored in `R`. With `map`,
+/// the triangles are transformed; without it, they are relative to the mesh's own origin.
+pub(crate) fn mesh_bounds<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
+    let position = |i: u32| {
+        let own = || DVec3::from(data.positions.offsets()[i as usize].map(f64::from));
+        Vector::from_f64(map.map_or_else(own, |map| {
+            map.transform_point3(data.positions.position(i as usize))
+        }))
+    };
+    let boxes = data
+        .indices
+        .iter()
+        .filter_map(|corners| Triangle::<R>::new(corners.map(position)).bounds());
+    boxes.filter(Aabb::has_area).fold(Aabb::EMPTY, Aabb::union)
 }

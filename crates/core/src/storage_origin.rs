@@ -9,13 +9,12 @@ use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::{Aabb, Real, Shape as _};
 
 use crate::affine::affine_from_steps;
-use crate::extent::mesh_bounds;
 use crate::generate::all_objects;
 use crate::lookup::SceneLookup;
 use crate::motion::object_transforms_at_ends;
 use crate::origin_grid::{SCENE_DISTANCE_LIMIT, storage_origin_near};
 use crate::scene::{Camera, Light, LightKind, Object, Pose, Scene, Shape, Triple};
-use crate::shape::convert_moved_shape;
+use crate::shape::{convert_moved_shape, mesh_bounds};
 
 /// Distance that stored coordinates must resolve, as a fraction of an object's size.
 const RESOLVED: f64 = 1e-3;
