@@ -1,6 +1,7 @@
 //! Display settings of a picture: those of the scene or the file, as changed by the flags.
 
 use raywright_core::display::Display;
+use raywright_core::display::exposure::exposure_of_brightest_tenth;
 use raywright_core::picture::Picture;
 use raywright_core::{Observer, ReadyScene};
 use raywright_io::{LoadedScene, SceneFormat};
@@ -34,9 +35,14 @@ pub fn choose_exposure(
     }
     let colours = ready.survey_lit_objects(observer);
     let own = Display::from_render(&loaded.scene.render);
-    let lights = own
-        .find_exposure_of_objects(&colours)
-        .filter(|_| has_own_lights);
+    // Walls that enclose a lamp send its light to and fro: the exposure is for what is seen, a stop
+    // below white, whatever the lamp's strength.
+    let lights = if ready.has_headlight() {
+        exposure_of_brightest_tenth(&colours).map(|stops| stops - 1.0)
+    } else {
+        own.find_exposure_of_objects(&colours)
+    };
+    let lights = lights.filter(|_| has_own_lights);
     let exposed = Display {
         exposure_stops: lights.unwrap_or(display.exposure_stops),
         ..display

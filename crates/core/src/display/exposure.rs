@@ -37,7 +37,7 @@ impl Display {
     /// Returns the fractions of clipped and of black pixels, estimated from at most 16,384 pixels.
     /// Pixels without coverage are ignored.
     pub fn estimate_clipping(self, picture: &Picture) -> Clipping {
-        self.clipping_of_colours(&sample_colours(picture))
+        self.clipping_of_colours(&sample_colours(picture, |_| true))
     }
 
     /// Returns a better exposure for the picture, in stops.
@@ -46,8 +46,12 @@ impl Display {
     /// - Otherwise, more than [`MOST_CLIPPED`] of the pixels are black though they have radiance:
     ///   the exposure is increased in the same manner.
     /// - Neither is so, or no exposure suffices: `None`.
+    ///
+    /// In a picture with the layer `object.id`, pixels of objects alone count.
     pub fn find_unclipped_exposure(self, picture: &Picture) -> Option<f64> {
-        self.find_unclipped_exposure_of_colours(&sample_colours(picture))
+        let objects = picture.layer("object.id");
+        let has_object = |i: usize| objects.is_none_or(|layer| layer.samples[i] >= 0.0);
+        self.find_unclipped_exposure_of_colours(&sample_colours(picture, has_object))
     }
 
     /// Returns a better exposure for pixels of these colours, as
@@ -72,18 +76,13 @@ impl Display {
     }
 
     /// Returns the exposure in stops for objects whose file states no exposure, given the colours of
-    /// their lit pixels. If most of the pixels are clipped, or hardly any pixel is bright enough to be
-    /// discerned, the exposure is the number of whole stops that shows the brightest tenth from a
-    /// radiance of about 1 on. `None` if the exposure of the settings serves.
+    /// their lit pixels: [`exposure_of_brightest_tenth`], if most of the pixels are clipped, or hardly
+    /// any pixel is bright enough to be discerned. `None` if the exposure of the settings serves.
     pub fn find_exposure_of_objects(self, colours: &[[f32; 3]]) -> Option<f64> {
-        let brightest = |colour: &[f32; 3]| colour.iter().copied().fold(0.0, f32::max);
-        let mut levels: Vec<f32> = colours.iter().map(brightest).collect();
-        levels.sort_unstable_by(f32::total_cmp);
-        let bright = *levels.get((levels.len() as f64 * (1.0 - MOST_CLIPPED)) as usize)?;
-        let stops = -libm::log2(f64::from(bright)).round();
+        let stops = exposure_of_brightest_tenth(colours)?;
         let is_off = self.clipping_of_colours(colours).clipped > MOSTLY
             || stops - self.exposure_stops >= DARK_STOPS;
-        (is_off && stops.is_finite()).then_some(stops)
+        is_off.then_some(stops)
     }
 
     /// Returns the fractions of clipped and of black colours.
@@ -109,6 +108,16 @@ impl Display {
     }
 }
 
+/// Returns the number of whole stops that shows the brightest tenth of the pixels from a radiance of
+/// about 1 on, given the colours of the pixels; `None` without pixels or light.
+pub fn exposure_of_brightest_tenth(colours: &[[f32; 3]]) -> Option<f64> {
+    let brightest = |colour: &[f32; 3]| colour.iter().copied().fold(0.0, f32::max);
+    let mut levels: Vec<f32> = colours.iter().map(brightest).collect();
+    levels.sort_unstable_by(f32::total_cmp);
+    let bright = *levels.get((levels.len() as f64 * (1.0 - MOST_CLIPPED)) as usize)?;
+    Some(-libm::log2(f64::from(bright)).round()).filter(|stops| stops.is_finite())
+}
+
 /// Whether a bright channel hardly changes its code when its radiance is doubled; `doubled` holds
 /// the codes at doubled radiance. Tone maps approach code 255 without reaching it.
 fn is_saturated(codes: [u8; 3], doubled: [u8; 3]) -> bool {
@@ -119,13 +128,14 @@ fn is_saturated(codes: [u8; 3], doubled: [u8; 3]) -> bool {
         .any(|(&code, doubled)| code >= BRIGHT && code.abs_diff(doubled) < SAME)
 }
 
-/// Returns the colours of pixels spread evenly over the picture. Pixels without coverage are
-/// omitted.
-fn sample_colours(picture: &Picture) -> Vec<[f32; 3]> {
+/// Returns the colours of pixels spread evenly over the picture. Pixels without coverage and those
+/// that do not count are omitted.
+fn sample_colours(picture: &Picture, counts: impl Fn(usize) -> bool) -> Vec<[f32; 3]> {
     let step = picture.rgb.len() / LOOKED_AT + 1;
     let colour = |i: usize| picture.surface_colour(i);
     (0..picture.rgb.len())
         .step_by(step)
+        .filter(|&i| counts(i))
         .filter_map(colour)
         .collect()
 }
@@ -133,6 +143,7 @@ fn sample_colours(picture: &Picture) -> Vec<[f32; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::picture::PictureLayer;
 
     fn picture(rgb: Vec<[f32; 3]>, alpha: Option<Vec<f32>>) -> Picture {
         Picture {
@@ -229,6 +240,25 @@ mod tests {
         assert_eq!(display.find_exposure_of_objects(&[]), None);
         let lamps = [vec![[0.5; 3]; 60], vec![[1e4; 3]; 40]].concat();
         assert_eq!(display.find_exposure_of_objects(&lamps), None);
+    }
+
+    /// Protects: where a film holds the objects of its pixels, `merge` and `denoise` choose the
+    /// exposure from objects, however bright or black the background.
+    #[test]
+    fn backgrounds_do_not_change_the_exposure() {
+        for background in [0.0, 1e-5, 50.0] {
+            let mut picture = picture(
+                [vec![[background; 3]; 90], vec![[3.9; 3]; 10]].concat(),
+                None,
+            );
+            let samples = [vec![-1.0; 90], vec![0.0; 10]].concat();
+            picture.layers = vec![PictureLayer {
+                name: "object.id".to_owned(),
+                samples,
+            }];
+            let exposure = Display::PLAIN.find_unclipped_exposure(&picture);
+            assert_eq!(exposure, Some(-2.0), "{background}");
+        }
     }
 
     /// Protects: uncovered pixels are ignored, and a partly covered pixel counts with its own

@@ -17,6 +17,7 @@
 //!   incidence.
 
 use super::albedo::{Albedo, MEAN_GRAZING};
+use super::microfacet_reflectance::LEAST_UNREFLECTED;
 use crate::number::{Mask, Number, Vector3};
 
 /// Returns the directional albedo in [0, 1] of microfacets with Schlick's reflectance, from `f0` at
@@ -152,11 +153,16 @@ impl<N: Number> EnergyComplement<N> {
 
     /// Returns the single-scattering albedo of a layer that follows Fresnel's equations.
     /// `scattered` is the albedo for the index of refraction alone, `normal` the reflectance of
-    /// that index at normal incidence. A tint may change the layer's reflectance at normal
-    /// incidence; this change fades as Schlick's weight rises.
+    /// that index at normal incidence. The layer's tint may change the reflectance at normal
+    /// incidence, as in [`MicrofacetReflectance`](super::microfacet_reflectance::MicrofacetReflectance).
     pub(super) fn fresnel_layer_albedo(&self, scattered: N, normal: N, albedo: Albedo<N>) -> N {
-        let falling = (N::ONE - albedo.multiple_scattering_loss - albedo.schlick_part).max(N::ZERO);
-        (self.layer[1] * scattered + (self.layer[0] - self.layer[1] * normal) * falling)
+        let white = N::ONE - albedo.multiple_scattering_loss;
+        let added = self.layer[0] - self.layer[1] * normal;
+        let unreflected = (white - scattered).max(N::ZERO)
+            / (N::ONE - normal).max(N::from_f64(LEAST_UNREFLECTED));
+        (self.layer[1] * scattered
+            + added.min(N::ZERO) * (white - albedo.schlick_part).max(N::ZERO)
+            + added.max(N::ZERO) * unreflected)
             .max(N::ZERO)
     }
 

@@ -5,6 +5,9 @@ use super::fresnel::{fresnel_conductor, fresnel_dielectric_in_air, schlick, schl
 use super::thin_film::ThinFilm;
 use crate::number::{Mask, Number, Vector3};
 
+/// Lower limit of the light that a boundary lets pass, used as a divisor.
+pub(super) const LEAST_UNREFLECTED: f64 = 1e-9;
+
 /// Reflectance of a microfacet as a function of the cosine of incidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MicrofacetReflectance<N: Number> {
@@ -65,11 +68,13 @@ impl<N: Number> MicrofacetReflectance<N> {
             }
         };
         let exact = N::from_lanes(|lane| value_of(N::f64_lane(ior, lane), cosine.lane(lane)));
-        // Where a tint changes the reflectance at normal incidence, the difference fades as
-        // Schlick's weight rises.
-        let added = (normal - grazing * self.f0_from_ior()) * (N::ONE - schlick);
-        (grazing * exact + added)
-            .max(N::Vec3::ZERO)
+        // What a tint takes away at normal incidence fades as Schlick's weight rises. What it adds
+        // fades as the reflectance rises: the sum is at most 1, whatever the index and the tint.
+        let (f0, zero) = (self.f0_from_ior(), N::Vec3::ZERO);
+        let added = normal - grazing * f0;
+        let unreflected = (N::ONE - exact) / (N::ONE - f0).max(N::from_f64(LEAST_UNREFLECTED));
+        (grazing * exact + added.min(zero) * (N::ONE - schlick) + added.max(zero) * unreflected)
+            .max(zero)
             .min(N::Vec3::ONE)
     }
 

@@ -145,6 +145,11 @@ mod tests {
     use crate::scene::Scene;
     use crate::settings::{PrecisionChoice, Settings};
 
+    fn mesh(name: &str, indices: &[[u32; 3]]) -> Value {
+        let positions = [[-1, 0, 1], [1, 0, 1], [0, 0, -1]];
+        json!({ "name": name, "source": { "inline": { "positions": positions, "indices": indices } } })
+    }
+
     /// Closed gaps in a scene of these objects, glass by the name `g`, seen from four metres.
     fn pairs(precision: PrecisionChoice, objects: &[(&str, Value)]) -> Vec<(usize, usize)> {
         let objects: Vec<Value> = objects
@@ -158,6 +163,7 @@ mod tests {
             "materials": [{ "name": "g", "model": { "physical": { "transmission": 1, "roughness": 0 } } },
                           { "name": "v", "model": { "physical": { "alpha": "blend", "opacity": 0.5 } } },
                           { "name": "w", "model": { "classic": { "colour": 1 } } }],
+            "meshes": [mesh("once", &[[0, 1, 2]]), mesh("twice", &[[0, 1, 2], [0, 1, 2]])],
             "objects": objects,
         }))
         .unwrap_or_else(|e| panic!("{e}"));
@@ -227,7 +233,7 @@ mod tests {
     }
 
     /// Protects: partly transparent quads in one place are reported, each with the first, which a
-    /// ray sees alone. Quads that are apart are not.
+    /// ray sees alone, and so are faces that a mesh holds twice. Quads that are apart are not.
     #[test]
     fn coincident_passable_surfaces_are_named() {
         let quad = |y: f64| json!({ "quad": { "corner": [-1, y, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } });
@@ -239,6 +245,11 @@ mod tests {
                 ("v", quad(0.0)),
             ];
             assert_eq!(pairs(precision, &veils), [(0, 2), (0, 3)]);
+            assert_eq!(
+                pairs(precision, &[("v", json!({ "mesh": "twice" }))]),
+                [(0, 0)]
+            );
+            assert_eq!(pairs(precision, &[("v", json!({ "mesh": "once" }))]), []);
             let apart = [("v", quad(0.0)), ("v", quad(1e-3))];
             assert_eq!(pairs(precision, &apart), []);
         }

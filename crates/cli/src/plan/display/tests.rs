@@ -1,6 +1,7 @@
 //! Exposures of models that are lit as Blender exports them: by suns and lamps of many lux.
 
 use raywright_core::prepare;
+use raywright_core::scene::Pose;
 use raywright_core::settings::{Background, Crop, Sampling, Settings};
 use raywright_io::{Input, LoadOptions, load};
 
@@ -171,4 +172,27 @@ fn a_backdrop_stands_behind_lit_models() {
     assert_eq!(without.rgb[0], [0.0; 3]);
     let middle = 32 * 96 + 48;
     assert_eq!(with.rgb[middle], without.rgb[middle]);
+}
+
+/// Protects: a closed room, whose walls send the light of the lamp at its camera to and fro, is shown
+/// below white, dark and white walls alike.
+#[test]
+fn rooms_without_light_are_shown_below_white() {
+    let cube = "v -2 -2 -2\nv 2 -2 -2\nv 2 2 -2\nv -2 2 -2\nv -2 -2 2\nv 2 -2 2\nv 2 2 2\nv -2 2 2\n\
+                usemtl wall\nf 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 4 3 7 8\nf 1 4 8 5\nf 2 3 7 6\n";
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("room.obj");
+    std::fs::write(&file, format!("mtllib room.mtl\n{cube}")).expect("a file");
+    for white in [0.04, 0.4, 0.95] {
+        let material = format!("newmtl wall\nKd {white} {white} {white}\n");
+        std::fs::write(folder.path().join("room.mtl"), material).expect("a file");
+        let mut loaded = load(&Input::Path(file.clone()), &LoadOptions::default()).expect("a room");
+        loaded.scene.cameras[0].pose = Pose::LookAt {
+            eye: [0.5, 0.2, 1.5],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+        };
+        let (chosen, level) = expose(&loaded);
+        assert!((0.3..0.75).contains(&level), "{white}: {chosen:?} {level}");
+    }
 }

@@ -330,7 +330,7 @@ fn random_surface(rng: &mut SurfaceRng) -> (LayeredSurface<f64>, bool) {
         FresnelRule::Conserving,
         FresnelRule::Exact,
     ];
-    let mut model = LayeredSurface {
+    let model = LayeredSurface {
         thin,
         specular: if rng.chance(0.6) { 1.0 } else { rng.unit() },
         specular_colour,
@@ -366,10 +366,6 @@ fn random_surface(rng: &mut SurfaceRng) -> (LayeredSurface<f64>, bool) {
         rule: rules[(3.0 * rng.next()) as usize],
         ..LayeredSurface::from_base(base, ior)
     };
-    // A known gap: `docs/gaps.md`.
-    if model.rule == FresnelRule::Exact && model.film.is_none() {
-        model.specular_colour = model.specular_colour.min(DVec3::ONE);
-    }
     (model, thin || !clear || rng.chance(0.5))
 }
 

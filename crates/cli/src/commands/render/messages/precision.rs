@@ -26,9 +26,14 @@ pub fn note_closed_gaps(
         let [first, second] = [gap.object, gap.other].map(|object| object_name(loaded, object));
         let others = format_other_pairs(alike.count());
         let message = if is_coincident {
+            let pair = if gap.object == gap.other {
+                first
+            } else {
+                format!("{first} and {second}")
+            };
             format!(
-                "surfaces of {first} and {second}{others} lie in one place: light that passes the first, which is partly transparent, passes the second unseen; \
-                 leave {} metres or more between them",
+                "surfaces of {pair}{others} lie in one place: light that passes the first, which is partly transparent, passes the second unseen; \
+                 remove the second or leave {} metres or more between them",
                 format_significant_digits(gap.resolved_width, 2)
             )
         } else {
