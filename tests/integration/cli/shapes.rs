@@ -67,19 +67,23 @@ fn edges_are_drawn() {
     let ball = "format = 1\nmaterials = [{ name = \"m\", model.physical = {} }]\n[[objects]]\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\n\
                 material = \"m\"\n";
     sandbox.write("ball.scene.toml", ball);
-    let run = sandbox.run(&[
-        "render",
-        "ball.scene.toml",
-        "--wireframe",
-        "-s",
-        "8x8",
-        "--spp",
-        "1",
-        "-o",
-        "c.png",
-    ]);
-    run.exits_with(0)
-        .prints_like("--wireframe draws the edges of triangles");
+    let triangle = ball.replace(
+        "shape.sphere = { centre = [0, 0, 0], radius = 1 }",
+        "shape.triangle = { vertices = [[-1, 0, 1], [1, 0, 1], [0, 1, -1]] }",
+    );
+    sandbox.write("triangle.scene.toml", triangle);
+    let note = "--wireframe draws the edges of triangles";
+    for (scene, is_noted) in [("ball.scene.toml", true), ("triangle.scene.toml", false)] {
+        let words = format!("render {scene} --wireframe -s 8x8 --spp 1 -o c.png");
+        let run = sandbox.run(&words.split(' ').collect::<Vec<_>>());
+        run.exits_with(0);
+        assert_eq!(
+            run.stderr.contains(note),
+            is_noted,
+            "{scene}: {}",
+            run.stderr
+        );
+    }
 }
 
 /// Protects: a section keeps its side, capped with the body's own material, in views, on sheets and

@@ -68,12 +68,13 @@ pub fn note_missing_edges(loaded: &LoadedScene, settings: &Settings, notes: &mut
             .iter()
             .map(|generator| &generator.object),
     );
-    let (meshes, others): (Vec<_>, Vec<_>) =
-        objects.partition(|object| matches!(object.shape, Shape::Mesh(_)));
+    let has_edges = |shape: &Shape| matches!(shape, Shape::Mesh(_) | Shape::Triangle { .. });
+    let (with_edges, others): (Vec<_>, Vec<_>) =
+        objects.partition(|object| has_edges(&object.shape));
     if !settings.wireframe || others.is_empty() {
         return;
     }
-    let which = if meshes.is_empty() {
+    let which = if with_edges.is_empty() {
         "the scene has only shapes without edges, such as spheres"
     } else {
         "the scene also has shapes without edges, such as spheres"
