@@ -1,7 +1,7 @@
 //! Shared parts of the importers: faults inside a file, warnings, unique names, and a budget of
 //! memory.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::fmt;
 
 use raywright_core::Scene;
@@ -151,8 +151,6 @@ pub(crate) fn format_number(value: f64) -> String {
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     list: Vec<(WarningCode, String)>,
-    /// Number of triangles that were left out, by the message of the warning.
-    triangles: HashMap<String, u64>,
     left_out: usize,
 }
 
@@ -181,9 +179,7 @@ impl Warnings {
             1 => "1 triangle with vertices that are not finite was left out".to_owned(),
             more => format!("{more} triangles with vertices that are not finite were left out"),
         };
-        let message = format!("{place}{left_out}");
-        self.triangles.insert(message.clone(), triangles as u64);
-        self.add(WarningCode::Geometry, message);
+        self.add(WarningCode::Geometry, format!("{place}{left_out}"));
     }
 
     /// Clamps a number of a file to a range, with a warning if the number is outside.
@@ -223,10 +219,7 @@ impl Warnings {
         }
         self.list
             .into_iter()
-            .map(|(code, message)| Warning {
-                triangles: self.triangles.get(&message).copied().unwrap_or(0),
-                ..Warning::new(code, &file, message)
-            })
+            .map(|(code, message)| Warning::new(code, &file, message))
             .collect()
     }
 }

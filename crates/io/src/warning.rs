@@ -120,8 +120,6 @@ pub struct Warning {
     pub code: WarningCode,
     /// One sentence that names the file, if any.
     pub message: String,
-    /// Number of triangles that were left out.
-    pub triangles: u64,
 }
 
 impl Warning {
@@ -130,7 +128,6 @@ impl Warning {
         Self {
             code,
             message: format!("{path}: {message}"),
-            triangles: 0,
         }
     }
 

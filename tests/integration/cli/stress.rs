@@ -148,10 +148,10 @@ fn numbers_say_what_they_count() {
     assert!(!text.contains("(0 rays)"), "{text}");
 }
 
-/// Protects: parts that the reader left out are findings, beside those from rays. A model without
-/// any object left shows nothing. Lost texture coordinates are a finding.
+/// Protects: warnings of reading are counted and do not set the exit code; a model without any
+/// object left shows nothing.
 #[test]
-fn what_reading_left_out_is_told() {
+fn warnings_of_reading_are_counted() {
     let Some(folder) = shared("assets/malformed") else {
         return;
     };
@@ -164,33 +164,26 @@ fn what_reading_left_out_is_told() {
     let (code, text) = of("geometry/nan_positions.gltf");
     assert!(code == Some(1) && text.contains("nothing-seen"), "{text}");
     for words in [
-        "the scene has no object: meshes[0].primitives[0]: 1 triangle with vertices that are not finite was left out",
+        "the scene has no object",
         "2 warnings of reading the file, the worst of them above (all: -v)",
     ] {
         assert!(text.contains(words), "{words}\n{text}");
     }
-    let (code, text) = of("images/texture_without_texcoords.gltf");
-    // Its image has one colour, which is the same by any coordinates.
-    assert!(code == Some(0) && text.contains("uniform-image"), "{text}");
-    assert!(!text.contains("no-texture-coordinates"), "{text}");
-    let warnings = "1 warning of reading the file above";
-    assert!(text.contains(warnings), "{text}");
-    let (code, text) = of("obj/mtl_missing_texture.obj");
-    assert!(code == Some(1) && text.contains("missing-image"), "{text}");
-    let (code, text) = of("obj/huge_coordinates.obj");
-    assert!(code == Some(1) && text.contains(warnings), "{text}");
-    assert!(
-        text.contains("dropped-triangles") && text.contains("1 triangle missing in the picture"),
-        "{text}"
-    );
+    for model in [
+        "images/texture_without_texcoords.gltf",
+        "obj/mtl_missing_texture.obj",
+        "obj/huge_coordinates.obj",
+        "materials/out_of_range_factors.gltf",
+    ] {
+        let (code, text) = of(model);
+        assert!(
+            code == Some(0) && text.contains("of reading the file"),
+            "{model}: {text}"
+        );
+    }
     let (code, text) = of("nodes/zero_scale.gltf");
     assert!(code == Some(1) && text.contains("1 finding,"), "{text}");
     assert!(text.contains("look for a scale of 0"), "{text}");
-    let (code, text) = of("materials/out_of_range_factors.gltf");
-    assert!(code == Some(0), "{text}");
-    for words in ["values-out-of-range", "1 is used, and 4 more", "5 numbers"] {
-        assert!(text.contains(words), "{words}\n{text}");
-    }
 }
 
 /// Protects: the text names findings with overlapping marks, even in a picture smaller than a mark.

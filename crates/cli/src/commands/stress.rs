@@ -1,7 +1,6 @@
 //! The command `stress`: finds faults of a scene that make its picture wrong, slow or noisy, with
 //! place, reason and remedy.
 
-mod reading;
 mod text;
 
 use std::path::Path;
@@ -135,8 +134,7 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
         )
     });
     progress.finish();
-    let mut report = report.map_err(|error| prepare_failure(&loaded.source, error))?;
-    reading::add_reader_findings(&mut report, &loaded);
+    let report = report.map_err(|error| prepare_failure(&loaded.source, error))?;
     if let Some(path) = &args.output {
         threads.run(|| write_marked_picture(path, (args, stop), &settings, &loaded, &report))?;
         verbosity.print_result_message(path.display());

@@ -86,7 +86,7 @@ impl Display {
     }
 
     /// Returns the fractions of clipped and of black colours.
-    pub(crate) fn clipping_of_colours(self, colours: &[[f32; 3]]) -> Clipping {
+    fn clipping_of_colours(self, colours: &[[f32; 3]]) -> Clipping {
         let map = self.build_map();
         let (mut clipped, mut black, mut dark) = (0, 0, 0);
         for &colour in colours {

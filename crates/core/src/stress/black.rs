@@ -7,9 +7,8 @@ use super::small_render::{SmallRender, camera_subject};
 use crate::scene::Sky;
 
 /// Findings that can explain a black picture, in the order in which they are tried.
-const CAUSES: [FindingCode; 4] = [
+const CAUSES: [FindingCode; 3] = [
     FindingCode::UnreachedLight,
-    FindingCode::LightInSurface,
     FindingCode::LightMissesScene,
     FindingCode::LightByChance,
 ];
@@ -94,7 +93,6 @@ fn black_picture_cause_texts(
     if code != FindingCode::UnreachedLight {
         let first = of_code(code).next()?;
         let what = match code {
-            FindingCode::LightInSurface => " in the surface to be lit",
             FindingCode::LightByChance => " hit by none of the few samples of this check",
             _ => " without effect",
         };

@@ -6,9 +6,8 @@ use raywright_bvh::Aabb;
 use super::cameras::{CameraView, is_bounded};
 use super::facts::{ObjectFacts, SceneFacts, SurfaceKind};
 use super::finding::{FindingCode, Severity, StressFinding};
-use super::hidden::{body_contains_point, is_opaque_closed_body};
 use super::ray_survey::{RaySurvey, SightingCount};
-use crate::scene::{Projection, Shape};
+use crate::scene::{AlphaMode, MaterialModel, Projection, Shape, SideRule};
 
 /// Share of a camera's rays that begin inside a body from which on a lens in the body shows.
 const SHARE: f64 = 0.002;
@@ -244,4 +243,37 @@ fn hiding_body_finding(
         "rays",
         "hit that object, and none another one",
     ))
+}
+
+/// Returns whether a body is a closed box or ball, opaque everywhere when seen from outside.
+fn is_opaque_closed_body(body: &ObjectFacts<'_>) -> bool {
+    let is_whole = body
+        .material
+        .is_some_and(|(_, material)| match &material.model {
+            MaterialModel::Physical(m) => m.alpha == AlphaMode::Opaque,
+            MaterialModel::Classic(_) => true,
+        });
+    let is_shown = matches!(body.object.side, SideRule::Both | SideRule::Outside);
+    let is_closed = matches!(body.object.shape, Shape::Box { .. } | Shape::Sphere { .. });
+    is_closed && is_shown && is_whole && body.surface_kind == SurfaceKind::Opaque
+}
+
+/// Returns whether a point is strictly inside a box or ball.
+fn body_contains_point(body: &ObjectFacts<'_>, point: DVec3) -> bool {
+    if body
+        .bounds
+        .is_some_and(|b| point.cmplt(b.min).any() || point.cmpgt(b.max).any())
+    {
+        return false;
+    }
+    let point = body.object_to_world.inverse().transform_point3(point);
+    match body.object.shape {
+        Shape::Box { min, max } => {
+            let [min, max] = [min, max].map(DVec3::from);
+            let edge = 1e-9 * (max - min).max_element();
+            point.cmpgt(min + edge).all() && point.cmplt(max - edge).all()
+        }
+        Shape::Sphere { centre, radius } => point.distance(centre.into()) < radius * (1.0 - 1e-9),
+        _ => false,
+    }
 }

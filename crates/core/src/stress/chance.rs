@@ -5,10 +5,10 @@ use super::emission_peaks::UnevenLamp;
 use super::facts::{SceneFacts, SurfaceKind, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::{Lamp, LightSurvey};
-use super::noise::{more_samples_remedy, relative_error};
-use super::numbers::{format_decimal, format_metres};
+use super::numbers::{format_decimal, format_metres, format_rounded_up};
 use super::small_render::SmallRender;
 use crate::counters::Counters;
+use crate::metrics::RELATIVE_FLOOR;
 use crate::scene::Sky;
 
 /// Least number of paths that may hit a light by chance. With fewer, the noise is not estimated.
@@ -23,6 +23,8 @@ const UNEVEN: f64 = 20.0;
 /// Number added to the counted hits, for an upper bound. Without any hit, the expected number is
 /// below 3 with 95 % confidence (the rule of three).
 const UNSEEN: u64 = 3;
+/// Error for which a remedy gives the number of samples.
+const AIM: f64 = 0.1;
 
 /// Estimates the noise of light that paths find by chance.
 pub(super) struct LightByChanceNoise<'a> {
@@ -192,4 +194,17 @@ fn uneven_lamp_finding(
     let bounds = object_facts.bounds;
     let at = bounds.and_then(|bounds| finite_point(bounds.centre()));
     new_light_by_chance_finding(object_facts.subject, reason, remedy).with_place(at)
+}
+
+/// Returns the advice to take more samples, given the error with `samples` per pixel.
+fn more_samples_remedy(error: f64, samples: u32) -> String {
+    let enough = f64::from(samples.max(1)) * (error / AIM).max(1.0).powi(2);
+    let enough = format_rounded_up(enough.max(1.0));
+    format!("render with more --spp (about {enough} for an error of {AIM})")
+}
+
+/// Returns a noise as `render` measures errors: as a share of the radiance, but of a dark surface
+/// not as more than ten times the radiance.
+fn relative_error(noise: f64, mean_radiance: f64) -> f64 {
+    noise / (mean_radiance * mean_radiance + RELATIVE_FLOOR).sqrt()
 }

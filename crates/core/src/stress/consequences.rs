@@ -17,16 +17,11 @@ enum ConsequentFindingScope {
 }
 
 /// Codes of causes, each with the codes that follow from it.
-const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 22] = [
+const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 18] = [
     (
         FindingCode::LightBehindGlass,
         ConsequentFindingScope::Scene,
         &[FindingCode::BlackPicture],
-    ),
-    (
-        FindingCode::StrayVertices,
-        ConsequentFindingScope::Scene,
-        &[FindingCode::ExtremeScale],
     ),
     (
         FindingCode::DegenerateTriangles,
@@ -41,22 +36,7 @@ const CONSEQUENCES: [(FindingCode, ConsequentFindingScope, &[FindingCode]); 22] 
     (
         FindingCode::LightByChance,
         ConsequentFindingScope::Scene,
-        &[FindingCode::BrighterThanLights, FindingCode::NoisyPicture],
-    ),
-    (
-        FindingCode::SkySpikes,
-        ConsequentFindingScope::Scene,
-        &[FindingCode::NoisyPicture],
-    ),
-    (
-        FindingCode::BrighterThanLights,
-        ConsequentFindingScope::Scene,
-        &[FindingCode::NoisyPicture],
-    ),
-    (
-        FindingCode::LampBelowPixel,
-        ConsequentFindingScope::Scene,
-        &[FindingCode::NoisyPicture],
+        &[FindingCode::BrighterThanLights],
     ),
     (
         FindingCode::LightByChance,
@@ -163,11 +143,6 @@ pub(super) fn remove_consequent_findings(
                 })
         };
         findings.retain(|finding| !follows(finding));
-    }
-    // Plain noise is judged when the picture shows what it should.
-    let is_wrong = |finding: &StressFinding| finding.severity == Severity::PictureWrong;
-    if findings.iter().any(is_wrong) {
-        findings.retain(|finding| finding.code != FindingCode::NoisyPicture);
     }
     findings
 }

@@ -57,8 +57,6 @@ codes! {
     StrayVertices = "stray-vertices";
     /// Triangles that repeat another triangle.
     DuplicateTriangles = "duplicate-triangles";
-    /// Triangles that are very long and thin.
-    SliverTriangles = "sliver-triangles";
     /// Edges with a single triangle: in a glass body, or around a missing triangle of an otherwise
     /// closed opaque surface.
     OpenEdges = "open-edges";
@@ -70,8 +68,6 @@ codes! {
     InsideOut = "inside-out";
     /// Vertex normals that point to the opposite side of their triangle.
     NormalsAgainstFaces = "normals-against-faces";
-    /// Triangles that the reader left out.
-    DroppedTriangles = "dropped-triangles";
     /// A texture on a mesh without texture coordinates for it.
     NoTextureCoordinates = "no-texture-coordinates";
     /// Triangles with a normal map whose texture coordinates span no area.
@@ -84,8 +80,6 @@ codes! {
     UnresolvedObject = "unresolved-object";
     /// Triangles that lose their area when their coordinates are rounded for storage.
     LostTriangles = "lost-triangles";
-    /// A scene or an object of an unlikely size.
-    ExtremeScale = "extreme-scale";
     /// An object in the same place as another object.
     DuplicateObject = "duplicate-object";
     /// A glass body that rays enter without leaving, or leave without entering.
@@ -114,20 +108,14 @@ codes! {
     NothingSeen = "nothing-seen";
     /// A picture in which every visible surface is black.
     BlackPicture = "black-picture";
-    /// A picture that the display shows as black or as white nearly everywhere.
-    BadExposure = "bad-exposure";
     /// Pixels brighter than every light.
     BrighterThanLights = "brighter-than-lights";
     /// Light that paths find only by chance, by way of mirrors and glass.
     LightByChance = "light-by-chance";
-    /// A picture that is noisy with the scene's number of samples, without a more special cause.
-    NoisyPicture = "noisy-picture";
     /// A light that reaches no visible surface, or a lamp with hardly any area.
     UnreachedLight = "unreached-light";
     /// A light whose range, cone or emitting side holds no surface to light.
     LightMissesScene = "light-misses-scene";
-    /// A point or spot light that lies in a surface and shines along it.
-    LightInSurface = "light-in-surface";
     /// A delta light (without size) behind glass, where no path can hit it.
     LightBehindGlass = "light-behind-glass";
     /// A lamp smaller than a pixel.
@@ -140,20 +128,10 @@ codes! {
     EnergyMade = "energy-made";
     /// A material with values that are not finite numbers.
     ValuesNotNumbers = "values-not-numbers";
-    /// A material with values outside their range.
-    ValuesOutOfRange = "values-out-of-range";
-    /// An object that is never visible: fully transparent, or enclosed in an opaque body.
-    InvisibleObject = "invisible-object";
     /// Glass in a scene whose paths are too short to pass through it.
     DepthBelowGlass = "depth-below-glass";
-    /// A body that absorbs all light near its surface, or hardly any light within its size.
-    AbsorptionOutOfScale = "absorption-out-of-scale";
-    /// An image of a single colour.
-    UniformImage = "uniform-image";
     /// An image with texels that are negative, infinite or NaN.
     ImageNotLight = "image-not-light";
-    /// An image that could not be read.
-    MissingImage = "missing-image";
     /// An image of numbers that is read as colours.
     DataReadAsColour = "data-read-as-colour";
     /// An image used as a normal map that holds no normals.

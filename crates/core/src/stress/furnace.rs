@@ -86,9 +86,8 @@ pub(super) fn run_furnace_tests(
 
 /// Returns the greatest base colour above 1 of a material, if more than a few rays see such a value.
 fn greatest_colour(survey: &RaySurvey, material: usize) -> Option<f64> {
-    let key = (material, "base_colour");
-    let seen = RaySurvey::sighting_count(&survey.out_of_range, &key) as f64;
-    let greatest = survey.greatest_values.get(&key).copied();
+    let seen = RaySurvey::sighting_count(&survey.colours_above_one, &material) as f64;
+    let greatest = survey.greatest_colours.get(&material).copied();
     greatest.filter(|value| value.is_finite() && seen >= SEEN * survey.hits as f64)
 }
 

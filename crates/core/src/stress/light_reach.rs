@@ -1,4 +1,4 @@
-//! Lights that light nothing: they shine past all objects, lie in a surface or are behind glass.
+//! Lights that light nothing: they shine past all objects or are behind glass.
 //! Lamps of almost no area are among them.
 
 use glam::DVec3;
@@ -50,15 +50,7 @@ pub(super) fn check_light(
             .with_place(light_position(&light.kind))
     };
     let mut findings = Vec::new();
-    if let Some(surface) = reach.and_then(|reach| reach.surface) {
-        let reason = format!(
-            "it lies in the surface of {} and shines along that surface without lighting it",
-            name(surface)
-        );
-        let remedy = "move it out of that surface, to the side that it should light";
-        let (code, severity) = (FindingCode::LightInSurface, Severity::Harmless);
-        findings.push(finding(code, severity, reason, remedy.to_owned()));
-    } else if let Some((reason, remedy)) = missed_scene_texts(scene_facts, light, reach) {
+    if let Some((reason, remedy)) = missed_scene_texts(scene_facts, light, reach) {
         let (code, severity) = (FindingCode::LightMissesScene, Severity::SlowOrNoisy);
         findings.push(finding(code, severity, reason, remedy));
     }

@@ -28,9 +28,6 @@ const AIMED: usize = 1024;
 /// Numbers of camera rays along the picture's width and height. Rays to the lights start at their
 /// hits.
 const PLACES: [u32; 2] = [40, 24];
-/// A light lies in a surface if its distance from the surface, as a share of its distance from the
-/// camera, is at most this.
-const IN_SURFACE: f64 = 1e-6;
 /// Share of a ray's length at both ends within which surfaces do not block it.
 const NEAR: f64 = 1e-4;
 /// Number of sampled directions from which the greatest radiance of the sky is found.
@@ -47,8 +44,6 @@ pub(super) struct LightReach {
     /// emissive object that a ray hit.
     pub hits: u64,
     pub lamp: Option<usize>,
-    /// Opaque object in whose surface the light lies.
-    pub surface: Option<usize>,
     /// Numbers of rays from visible surfaces to the light. `unblocked_rays`: unblocked rays.
     /// `rays_through_glass`: rays blocked by glass alone.
     pub unblocked_rays: u64,
@@ -241,7 +236,6 @@ impl<R: Real> LightTracer<'_, R> {
                 (DVec3::from(position), range, Some((axis, outer_angle)))
             }
         };
-        reach.surface = self.find_surface_at_point(position);
         let (axis, lowest) = cone.map_or((DVec3::Y, -1.0), |(axis, angle)| {
             (axis, libm::cos(angle.to_radians()))
         });
@@ -265,19 +259,6 @@ impl<R: Real> LightTracer<'_, R> {
             }
         }
         reach
-    }
-
-    /// Returns the opaque object in whose surface a point lies. Short rays along the three axes
-    /// pass through the point; any surface through the point crosses at least one of them.
-    fn find_surface_at_point(&self, point: DVec3) -> Option<usize> {
-        let rounding = 2.0 * f64::from(f32::EPSILON) * point.abs().max_element();
-        let half = rounding.max(IN_SURFACE * point.distance(self.eye));
-        DVec3::AXES.into_iter().find_map(|axis| {
-            let hit = self.closest(point - axis * half, axis, [0.0, 2.0 * half])?;
-            let object = self.facts_index(&hit);
-            let is_opaque = self.scene_facts.objects[object].surface_kind == SurfaceKind::Opaque;
-            is_opaque.then_some(object)
-        })
     }
 
     /// Traces rays from visible points to a light, and counts the unblocked rays and those blocked

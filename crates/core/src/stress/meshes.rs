@@ -176,17 +176,6 @@ impl UsedMesh<'_> {
             label,
             words,
         );
-        let words = (
-            "triangles are over 10,000 times as long as they are high",
-            "nothing, unless shading looks broken there: then remesh that part in the modelling program",
-        );
-        let label = (&counts.slivers, "had such a shape");
-        add(
-            (FindingCode::SliverTriangles, harmless),
-            first,
-            label,
-            words,
-        );
         let worst = self.objects.iter().find(|object_facts| {
             self.is_fault_visible_on(&self.survey.opposed_normals, object_facts)
         });

@@ -125,9 +125,10 @@ pub(crate) struct RaySurvey {
     pub twin_shadows: SightingCounts<[usize; 2]>,
     pub starts_behind_surface: SightingCounts<usize>,
     pub not_numbers: SightingCounts<ValueKey>,
-    pub out_of_range: SightingCounts<ValueKey>,
-    /// Greatest value for each key of `out_of_range`.
-    pub greatest_values: BTreeMap<ValueKey, f64>,
+    /// Rays that find a base colour above 1, by the index of the material, and the greatest of these
+    /// colours.
+    pub colours_above_one: SightingCounts<usize>,
+    pub greatest_colours: BTreeMap<usize, f64>,
 }
 
 impl RaySurvey {
@@ -152,6 +153,7 @@ impl RaySurvey {
             (&mut self.opposed_normals, other.opposed_normals),
             (&mut self.self_hits, other.self_hits),
             (&mut self.starts_behind_surface, other.starts_behind_surface),
+            (&mut self.colours_above_one, other.colours_above_one),
         ] {
             others
                 .into_iter()
@@ -168,16 +170,11 @@ impl RaySurvey {
                 .into_iter()
                 .for_each(|(key, sighting)| merge_sighting(own, key, sighting));
         }
-        for (own, others) in [
-            (&mut self.not_numbers, other.not_numbers),
-            (&mut self.out_of_range, other.out_of_range),
-        ] {
-            others
-                .into_iter()
-                .for_each(|(key, sighting)| merge_sighting(own, key, sighting));
+        for (key, sighting) in other.not_numbers {
+            merge_sighting(&mut self.not_numbers, key, sighting);
         }
-        for (key, value) in other.greatest_values {
-            record_maximum(&mut self.greatest_values, key, value);
+        for (material, value) in other.greatest_colours {
+            record_maximum(&mut self.greatest_colours, material, value);
         }
         for (pair, apart) in other.max_separations {
             record_maximum(&mut self.max_separations, pair, apart);

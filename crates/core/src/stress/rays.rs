@@ -194,12 +194,12 @@ impl<R: Real> SurveyRayTracer<'_, R> {
         let material = interaction.material as usize;
         match classify_values(prepared, &interaction) {
             MaterialValueClass::Fine => {}
-            MaterialValueClass::NotNumbers { key } => {
+            MaterialValueClass::NotNumbers(key) => {
                 record_sighting(&mut survey.not_numbers, (material, key), seen)
             }
-            MaterialValueClass::OutOfRange { key, value } => {
-                record_sighting(&mut survey.out_of_range, (material, key), seen);
-                record_maximum(&mut survey.greatest_values, (material, key), value);
+            MaterialValueClass::ColourAboveOne(value) => {
+                record_sighting(&mut survey.colours_above_one, material, seen);
+                record_maximum(&mut survey.greatest_colours, material, value);
             }
         }
         for start in 0..STARTS {

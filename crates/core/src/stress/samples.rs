@@ -8,7 +8,7 @@ use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use super::light_survey::LightSurvey;
 use super::small_render::SmallRender;
-use super::{exposure, light_reach, lights, noise};
+use super::{light_reach, lights};
 use crate::counters::SampleLoss;
 use crate::prepare::UnreachedLight;
 use crate::scene::Triple;
@@ -48,10 +48,6 @@ pub(super) fn check_samples(
     };
     findings.extend(pictures.iter().filter_map(of_picture));
     findings.extend(of_lamps);
-    findings.extend(noise::check_noise(scene_facts, pictures, settings));
-    let exposures = pictures.iter();
-    findings
-        .extend(exposures.filter_map(|picture| exposure::exposure_finding(scene_facts, picture)));
     findings
 }
 
@@ -139,7 +135,7 @@ fn brightness_finding(
 }
 
 /// Returns whether another check reports an unreached light: a lamp without area or in glass, or a
-/// light behind glass, in a surface or with nothing to light.
+/// light behind glass.
 fn is_reported_by_light_checks(
     scene_facts: &SceneFacts<'_>,
     survey: &LightSurvey,
@@ -155,8 +151,7 @@ fn is_reported_by_light_checks(
         }
         FindingSubject::Light(index) => {
             let reach = survey.lights.get(index);
-            reach
-                .is_some_and(|reach| light_reach::is_behind_glass(reach) || reach.surface.is_some())
+            reach.is_some_and(light_reach::is_behind_glass)
         }
         _ => false,
     }

@@ -24,7 +24,7 @@ use super::summary::summarise_findings;
 use super::topology::Topology;
 use super::{
     RayDeadline, StressSummary, black, bodies, cameras, copies, coplanar, depth_loss, furnace,
-    hidden, lights, materials, meshes, overlaps, samples, sky_peaks, storage, textures,
+    lights, materials, meshes, overlaps, samples, sky_peaks, storage, textures,
 };
 use crate::dispatch::{ReadyScene, find_collapsed_objects, measure_scene_extent, prepare};
 use crate::framing::{FIELD_OF_VIEW, Silhouette};
@@ -208,7 +208,6 @@ impl StressSession<'_> {
             &looks.depth_losses,
         ));
         findings.extend(sky_peaks::check_sky_peaks(ready, settings, &self.deadline));
-        findings.extend(hidden::check_hidden_sheets(scene_facts, &survey, views));
         findings.extend(textures::check_textures(scene_facts));
         findings.extend(lights::check_lights(scene_facts, views, Some(&lights)));
         findings.extend(cameras::check_cameras(scene_facts, views, &looks.rays));

@@ -1,4 +1,4 @@
-//! A small picture of a camera, from which the checks judge samples, blackness and noise.
+//! A small picture of a camera, from which the checks judge samples, blackness and noise of lamps.
 
 use super::RayDeadline;
 use super::covers::LightBlocker;
@@ -6,7 +6,6 @@ use super::facts::SceneFacts;
 use super::finding::{CheckRun, FindingSubject};
 use crate::counters::Counters;
 use crate::dispatch::ReadyScene;
-use crate::film::ErrorEstimate;
 use crate::picture::Picture;
 use crate::prepare::UnreachedLight;
 
@@ -25,7 +24,7 @@ pub(super) struct SmallRender {
     pub unreached_lights: Vec<UnreachedLight>,
     /// Error of the picture (root relMSE), estimated from its own samples, and its number of
     /// samples per pixel.
-    error: Option<ErrorEstimate>,
+    error: Option<f64>,
     samples_per_pixel: u32,
     /// Whether too few paths hit lamps by chance for the error to include their noise.
     lacks_chance_hits: bool,
@@ -65,7 +64,9 @@ impl SmallRender {
             picture: film.picture(),
             counters,
             unreached_lights: shut_away,
-            error: film.estimate_uncertainty().map(|error| error.root_relmse),
+            error: film
+                .estimate_uncertainty()
+                .map(|error| error.root_relmse.value),
             samples_per_pixel,
             lacks_chance_hits: counters.unaided.saturating_mul(ONE_IN) > counters.samples
                 && counters.found < FEWEST_FOUND,
@@ -92,18 +93,9 @@ impl SmallRender {
     /// the variance falls as their inverse. `None` if the samples are too few to tell.
     pub fn expected_error(&self, samples: u32) -> Option<f64> {
         let is_known = !self.run.is_cut_short() && !self.lacks_chance_hits;
-        let error = self.error.map(|error| error.value);
-        let error = error.filter(|error| is_known && error.is_finite())?;
+        let error = self.error.filter(|error| is_known && error.is_finite())?;
         let ratio = f64::from(self.samples_per_pixel) / f64::from(samples.max(1));
         Some(error * ratio.sqrt())
-    }
-
-    /// Returns whether many pixels carry the error. Of a few pixels, as at the edges of bright lamps,
-    /// the small picture tells little about a larger one.
-    pub fn is_noise_spread(&self) -> bool {
-        const SPREAD: f64 = 0.01;
-        let least = SPREAD * self.picture.rgb.len() as f64;
-        self.error.is_some_and(|error| error.carriers >= least)
     }
 
     /// Returns the pixels that show a surface of objects of which `holds` is true. Objects count as

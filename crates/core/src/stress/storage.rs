@@ -1,13 +1,13 @@
-//! Findings about coordinates that are rounded for storage, and about the size of the scene.
+//! Findings about coordinates that are rounded for storage.
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::{Aabb, Real};
+use raywright_bvh::Real;
 
 use super::cameras::{CameraView, is_box_in_view};
 use super::coarse;
-use super::facts::{SceneFacts, finite_point, largest_extent};
+use super::facts::{SceneFacts, finite_point};
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use super::numbers::{format_decimal, format_metres};
+use super::numbers::format_decimal;
 use super::ray_survey::RaySurvey;
 use crate::dispatch::ReadyScene;
 use crate::extent::MeshUseCounts;
@@ -15,14 +15,6 @@ use crate::prepare::round_to_scalar;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::settings::PrecisionChoice;
 use crate::validate::{Problem, do_edges_span_no_area};
-
-/// Least and greatest usual size of a scene, in metres.
-const USUAL: [f64; 2] = [1e-3, 1e6];
-/// An object is suspiciously small if its size is below twice this share of the scene's size.
-const TINY: f64 = 1e-6;
-
-/// An object is an outlier if the reach of the others is a smaller share of its reach than this.
-const FAR: f64 = 1e-5;
 
 /// Returns findings about shapes that degenerate when they are stored. `problems` are the errors
 /// for which the scene cannot be prepared.
@@ -107,7 +99,6 @@ pub(super) fn check_storage(
     // What is stored coarsely loses triangles by that.
     let is_own = |finding: &StressFinding| !coarse_subjects.contains(&finding.subject);
     findings.extend(lost_triangles.into_iter().filter(is_own));
-    findings.extend(scale_findings(scene_facts, views, survey));
     findings
 }
 
@@ -234,157 +225,4 @@ fn keeps_vertex_digits<R: Real>(data: &MeshData, away: DVec3, scale: f64) -> boo
         .fold(0.0_f64, |greatest, p| greatest.max(p.abs().max_element()));
     !R::IS_SINGLE
         || data.positions.origin() == DVec3::ZERO && away.abs().max_element() <= greatest * scale
-}
-
-/// Returns findings about sizes that suggest wrong units.
-fn scale_findings(
-    scene_facts: &SceneFacts<'_>,
-    views: &[CameraView],
-    survey: &RaySurvey,
-) -> Vec<StressFinding> {
-    let far = find_outliers(scene_facts, views);
-    let mut findings: Vec<StressFinding> = far
-        .iter()
-        .map(|outlier| outlier.distant_object_finding(scene_facts, survey))
-        .collect();
-    let rest = scene_facts
-        .objects
-        .iter()
-        .enumerate()
-        .filter(|(index, _)| !far.iter().any(|outlier| outlier.object == *index))
-        .filter_map(|(_, object_facts)| object_facts.bounds);
-    let size = match far.is_empty() {
-        true => scene_facts.largest_extent(),
-        false => largest_extent(&rest.fold(Aabb::EMPTY, Aabb::union)),
-    };
-    if size > 0.0 && !(USUAL[0]..=USUAL[1]).contains(&size) {
-        let reason = format!(
-            "the longest edge of the scene's bounding box is {}: the scene is probably in other units than metres, on which lights and glass depend",
-            format_metres(size)
-        );
-        findings.push(StressFinding::new(
-            FindingCode::ExtremeScale,
-            Severity::Harmless,
-            FindingSubject::Scene,
-            reason,
-            "scale the scene to metres",
-        ));
-    }
-    for object_facts in &scene_facts.objects {
-        let Some(bounds) = object_facts.bounds else {
-            continue;
-        };
-        let across = largest_extent(&bounds);
-        if across < 2.0 * TINY * size {
-            let reason = format!(
-                "it is {} wide, while the longest edge of the scene's bounding box is {}",
-                format_metres(across),
-                format_metres(size)
-            );
-            let finding = StressFinding::new(
-                FindingCode::ExtremeScale,
-                Severity::Harmless,
-                object_facts.subject,
-                reason,
-                "check whether the object is in other units than the rest of the scene",
-            );
-            findings.push(finding.with_place(finite_point(bounds.centre())));
-        }
-    }
-    findings
-}
-
-/// An object that extends far beyond most others.
-struct OutlierObject {
-    object: usize,
-    /// `reach`: distance of the object's farthest corner from the middle of the others, in metres.
-    /// `others`: greatest such distance of the others.
-    reach: f64,
-    others: f64,
-}
-
-impl OutlierObject {
-    fn distant_object_finding(
-        &self,
-        scene_facts: &SceneFacts<'_>,
-        survey: &RaySurvey,
-    ) -> StressFinding {
-        let object_facts = &scene_facts.objects[self.object];
-        let seen = survey.first_hits.get(&self.object);
-        let seen_at = seen.and_then(|sighting| finite_point(sighting.position));
-        let reason = format!(
-            "its bounding box extends to {} from the middle of the others, while theirs extend to at most {}",
-            format_metres(self.reach),
-            format_metres(self.others)
-        );
-        StressFinding::new(
-            FindingCode::ExtremeScale,
-            Severity::Harmless,
-            object_facts.subject,
-            reason,
-            "check whether the object is in other units than the rest of the scene, or misplaced",
-        )
-        .with_place(seen_at.or_else(|| {
-            object_facts
-                .bounds
-                .and_then(|bounds| finite_point(bounds.centre()))
-        }))
-    }
-}
-
-/// Finds objects without which the scene is a tiny share of its size. Outliers are fewer than half
-/// of the objects, or at most as many as no camera has in view.
-fn find_outliers(scene_facts: &SceneFacts<'_>, views: &[CameraView]) -> Vec<OutlierObject> {
-    const FEWEST: usize = 3;
-    const FEWEST_WITH_ONE_SHOWN: usize = 2;
-    let bounded: Vec<(usize, Aabb)> = scene_facts
-        .objects
-        .iter()
-        .enumerate()
-        .filter_map(|(index, object_facts)| Some((index, object_facts.bounds?)))
-        .collect();
-    let is_shown = |(_, bounds): &&(usize, Aabb)| is_box_in_view(views, bounds);
-    let shown: Vec<(usize, Aabb)> = bounded.iter().filter(is_shown).copied().collect();
-    let fewest = match shown.len() {
-        1 => FEWEST_WITH_ONE_SHOWN,
-        _ => FEWEST,
-    };
-    if bounded.len() < fewest {
-        return Vec::new();
-    }
-    let inner = if shown.is_empty() { &bounded } else { &shown };
-    let median = |axis: usize| {
-        let mut centres: Vec<f64> = inner
-            .iter()
-            .map(|(_, own_bounds)| own_bounds.centre()[axis])
-            .collect();
-        let middle = centres.len() / 2;
-        *centres.select_nth_unstable_by(middle, f64::total_cmp).1
-    };
-    let middle = DVec3::from([0, 1, 2].map(median));
-    let reach = |bounds: &Aabb| {
-        let farthest = (bounds.min - middle).abs().max((bounds.max - middle).abs());
-        farthest.length()
-    };
-    let mut reaches: Vec<(f64, usize)> = bounded
-        .iter()
-        .map(|(index, bounds)| (reach(bounds), *index))
-        .collect();
-    reaches.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let fewest = (reaches.len() / 2 + 1).min(inner.len());
-    let jump = (fewest..reaches.len()).find(|&position| {
-        reaches[position - 1].0 < FAR * reaches[position].0 && reaches[position - 1].0 > 0.0
-    });
-    let Some(first) = jump else {
-        return Vec::new();
-    };
-    let others = reaches[first - 1].0;
-    reaches[first..]
-        .iter()
-        .map(|&(reach, object)| OutlierObject {
-            object,
-            reach,
-            others,
-        })
-        .collect()
 }

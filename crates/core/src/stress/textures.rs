@@ -1,5 +1,4 @@
-//! Findings about images: images of one colour, invalid texels, and images used for the wrong
-//! purpose.
+//! Findings about images: invalid texels, and images used for the wrong purpose.
 
 use super::facts::SceneFacts;
 use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
@@ -68,7 +67,7 @@ fn image_data<'a>(scene_facts: &SceneFacts<'a>, reference: &TextureRef) -> Optio
 }
 
 /// Returns whether all texels of an image are equal.
-pub fn is_uniform_image(data: &ImageData) -> bool {
+fn is_uniform_image(data: &ImageData) -> bool {
     match &data.pixels {
         PixelData::Codes(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
         PixelData::Linear(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
@@ -174,15 +173,7 @@ fn normal_map_finding(
 fn check_image(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding> {
     let subject = FindingSubject::Image(index);
     let Some(data) = scene_facts.scene.images[index].data.as_deref() else {
-        let reason = "it could not be read, so that only the texture's factor counts";
-        let finding = StressFinding::new(
-            FindingCode::MissingImage,
-            Severity::PictureWrong,
-            subject,
-            reason,
-            "put a readable image file at the path that the scene names",
-        );
-        return vec![finding];
+        return Vec::new();
     };
     let texels = u64::from(data.width) * u64::from(data.height);
     let mut findings = Vec::new();
@@ -217,17 +208,6 @@ fn check_image(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding>
             );
             findings.push(finding.with_count(wrong, texels, "texels", "had such numbers"));
         }
-    }
-    if is_uniform_image(data) {
-        let reason = "all its texels have the same colour";
-        let finding = StressFinding::new(
-            FindingCode::UniformImage,
-            Severity::Harmless,
-            subject,
-            reason,
-            "use a factor in place of the image: it takes no memory and no time",
-        );
-        findings.push(finding.with_count(texels, 0, "texels", "in all"));
     }
     findings
 }

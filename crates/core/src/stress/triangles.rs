@@ -7,17 +7,13 @@ use super::count::CountAndFirst;
 use super::stray::StrayVertices;
 use crate::scene::MeshData;
 
-/// Greatest ratio of a sliver's height to its longest edge.
-const SLIVER: f64 = 1e-4;
-
 /// Faulty triangles of a mesh, by fault.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TriangleDefects {
     pub degenerate: CountAndFirst,
-    pub slivers: CountAndFirst,
     /// Triangles whose three vertex normals point to the opposite side.
     pub opposed_normals: CountAndFirst,
-    /// Stray vertices. Triangles that reach to them are not counted as degenerate or slivers.
+    /// Stray vertices. Triangles that reach to them are not counted as degenerate.
     pub strays: StrayVertices,
 }
 
@@ -37,7 +33,6 @@ impl TriangleDefects {
         };
         let plus = |a: Self, b: Self| Self {
             degenerate: a.degenerate.merge(b.degenerate),
-            slivers: a.slivers.merge(b.slivers),
             opposed_normals: a.opposed_normals.merge(b.opposed_normals),
             strays: StrayVertices::default(),
         };
@@ -57,9 +52,6 @@ impl TriangleDefects {
         // As validation judges single triangles: edges whose angle has no sine.
         if a == b || b == c || c == a || height <= 1e-12 * longest {
             return self.degenerate.add_item(index);
-        }
-        if height < SLIVER * longest {
-            self.slivers.add_item(index);
         }
         let normals = corners.map(|corner| data.normals.get(corner));
         if normals

@@ -1,23 +1,24 @@
-//! Validity of a material's values at a hit: finite and within their range.
+//! Values of a material at a hit: whether they are finite, and a base colour above 1.
 
 use raywright_bvh::{Real, Vector};
 
 use crate::interaction::Interaction;
 use crate::prepare::{PreparedMaterial, PreparedScene};
 
-/// Validity of the values of a material at a hit, with the name of the invalid value in the scene
-/// file. If several values are invalid, the worst case.
+/// Class of a material's values at a hit; if several hold, the worst.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum MaterialValueClass {
     Fine,
-    OutOfRange { key: &'static str, value: f64 },
-    NotNumbers { key: &'static str },
+    /// The base colour, above 1 in its greatest channel.
+    ColourAboveOne(f64),
+    /// The name in the scene file of a value that is not finite.
+    NotNumbers(&'static str),
 }
 
-/// End of a value's range, slightly above 1 to allow for rounding.
+/// End of a colour's range, slightly above 1 to allow for rounding.
 const MAX_IN_RANGE: f64 = 1.0 + 1e-5;
 
-/// Returns the validity of the material's values at a hit.
+/// Returns the class of the material's values at a hit.
 pub(super) fn classify_values<R: Real>(
     prepared: &PreparedScene<R>,
     interaction: &Interaction<R>,
@@ -47,15 +48,14 @@ pub(super) fn classify_values<R: Real>(
     };
     let is_wrong = |(_, value): &&(&str, [f64; 3])| !value.iter().all(|x| x.is_finite());
     if let Some(&(key, _)) = shares.iter().chain([&emission]).find(is_wrong) {
-        return MaterialValueClass::NotNumbers { key };
+        return MaterialValueClass::NotNumbers(key);
     }
-    let greatest = |value: &[f64; 3]| value.iter().copied().fold(0.0, f64::max);
-    let is_beyond = |(_, value): &&(&str, [f64; 3])| greatest(value) > MAX_IN_RANGE;
-    match (material, shares.iter().find(is_beyond)) {
-        (PreparedMaterial::Physical(_), Some((key, value))) => MaterialValueClass::OutOfRange {
-            key,
-            value: greatest(value),
-        },
-        _ => MaterialValueClass::Fine,
+    let colour = match material {
+        PreparedMaterial::Physical(_) => shares[0].1.into_iter().fold(0.0, f64::max),
+        _ => 0.0,
+    };
+    match colour > MAX_IN_RANGE {
+        true => MaterialValueClass::ColourAboveOne(colour),
+        false => MaterialValueClass::Fine,
     }
 }

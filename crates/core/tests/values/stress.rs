@@ -4,7 +4,6 @@
 mod causes;
 mod data;
 mod depth;
-mod exposures;
 mod glass_walls;
 mod hidden_light;
 mod lamps;
@@ -159,17 +158,16 @@ fn names_are_names() {
     assert_eq!(names.len(), FindingCode::ALL.len());
 }
 
-/// Protects: ten faults of one scene are all found, worst first.
+/// Protects: eight faults of one scene are all found, worst first.
 #[test]
-fn ten_faults_of_one_scene() {
+fn eight_faults_of_one_scene() {
     let mut many = scene(&json!({
         "lights": [{ "kind": { "point": { "position": [0, 50, 0], "range": 10 } }, "colour": 5 },
                    { "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": 0.1 },
                    { "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": 0.1 }],
-        "materials": [paint("paint", json!({ "base_colour": 1.4 })), paint("hidden", json!({ "alpha": { "mask": { "cutoff": 1.5 } } })),
-                      paint("glass", json!({ "transmission": 1, "roughness": 0 })), paint("rough", json!({ "roughness": "1.5 + 0*p.x" })),
-                      paint("lamp", json!({ "emission": 3 }))],
-        "objects": [object("ball", ball([-1.2, 0.0, 0.0], 1.0), "paint"), object("absent", ball([0.0, 2.0, 0.0], 0.3), "hidden"),
+        "materials": [paint("paint", json!({ "base_colour": 1.4 })), paint("glass", json!({ "transmission": 1, "roughness": 0 })),
+                      paint("rough", json!({ "roughness": 1 })), paint("lamp", json!({ "emission": 3 }))],
+        "objects": [object("ball", ball([-1.2, 0.0, 0.0], 1.0), "paint"),
                     object("pane", quad([0.2, -1.0, 1.0], [1.5, 0.0, 0.0], [0.0, 2.0, 0.3]), "glass"),
                     object("dull", ball([1.2, 0.0, -0.5], 0.6), "rough"), object("dull again", ball([1.2, 0.0, -0.5], 0.6), "rough"),
                     object("mote", ball([0.0, 0.5, 1.0], 1e-5), "lamp"), object("cube", json!({ "mesh": "cube" }), "rough")],
@@ -184,8 +182,6 @@ fn ten_faults_of_one_scene() {
         FindingCode::LampBelowPixel,
         FindingCode::DuplicateLight,
         FindingCode::DuplicateObject,
-        FindingCode::InvisibleObject,
-        FindingCode::ValuesOutOfRange,
         FindingCode::DegenerateTriangles,
         FindingCode::StretchedPicture,
     ];

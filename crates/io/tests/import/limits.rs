@@ -347,9 +347,10 @@ fn triangles_that_a_flat_node_moves_too_far_are_told() {
     let told: Vec<_> = loaded
         .warnings
         .iter()
-        .filter(|warning| warning.triangles > 0)
+        .filter(|warning| warning.message.contains("left out"))
         .collect();
     assert_eq!(told.len(), 1, "{:?}", loaded.warnings);
-    assert_eq!(told[0].triangles, 1);
-    assert!(told[0].message.contains("mesh `"), "{}", told[0].message);
+    for words in ["1 triangle ", "mesh `"] {
+        assert!(told[0].message.contains(words), "{}", told[0].message);
+    }
 }

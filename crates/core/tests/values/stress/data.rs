@@ -50,7 +50,7 @@ fn linear(width: u32, texels: impl Fn(u32) -> [f32; 4]) -> Option<ImageData> {
 }
 
 /// Protects: materials that reflect more light than they receive are found, and so are values that
-/// are not finite or out of range.
+/// are not finite.
 #[test]
 fn materials_that_make_light() {
     let finding = alone(
@@ -60,16 +60,6 @@ fn materials_that_make_light() {
     );
     assert!(
         finding.reason.contains("`base_colour` is up to 1.400"),
-        "{}",
-        finding.reason
-    );
-    let finding = alone(
-        &painted(json!({ "roughness": "1.5 + 0*p.x" })),
-        FindingCode::ValuesOutOfRange,
-        Harmless,
-    );
-    assert!(
-        finding.reason.contains("`roughness` is up to 1.500"),
         "{}",
         finding.reason
     );
@@ -96,30 +86,15 @@ fn materials_that_make_light() {
     assert!(finding.reason.contains("1.500"), "{finding:?}");
 }
 
-/// Protects: fully transparent objects, glass with too short paths and absorption in wrong units
-/// are found.
+/// Protects: glass with too short paths is found.
 #[test]
-fn materials_that_show_nothing() {
-    expect_finding(
-        &painted(json!({ "alpha": { "mask": { "cutoff": 1.5 } } })),
-        FindingCode::InvisibleObject,
-        Harmless,
-        &[],
-    );
+fn glass_deeper_than_any_path() {
     let mut shallow = painted(json!({ "transmission": 1, "roughness": 0 }));
     shallow.render.max_depth = 2;
     expect_finding(&shallow, FindingCode::DepthBelowGlass, PictureWrong, &[]);
-    let dense = json!({ "transmission": 1, "roughness": 0, "attenuation_colour": [0.1, 0.5, 0.5], "attenuation_distance": 1e-6 });
-    expect_finding(
-        &painted(dense),
-        FindingCode::AbsorptionOutOfScale,
-        Harmless,
-        &[],
-    );
 }
 
-/// Protects: these images are found: of one colour, with invalid texels, unreadable, or used for
-/// the wrong purpose.
+/// Protects: images with invalid texels or used for the wrong purpose are found.
 #[test]
 fn images() {
     let base = || json!({ "base_colour_texture": texture() });
@@ -128,23 +103,11 @@ fn images() {
         listed(&summarise_findings(&with_image(base(), "srgb", codes(varied))).findings),
         []
     );
-    expect_finding(
-        &with_image(base(), "srgb", codes(|_| [90; 4])),
-        FindingCode::UniformImage,
-        Harmless,
-        &[],
-    );
     let hole = |i: u32| [if i == 5 { f32::NAN } else { 0.02 * i as f32 }; 4];
     alone(
         &with_image(base(), "linear", linear(8, hole)),
         FindingCode::ImageNotLight,
         PictureWrong,
-    );
-    expect_finding(
-        &with_image(base(), "srgb", None),
-        FindingCode::MissingImage,
-        PictureWrong,
-        &[],
     );
     let normals = |i: u32| [120 + (i % 16) as u8, 128, 250, 255];
     let curved = || json!({ "normal_texture": texture() });
@@ -266,7 +229,7 @@ fn texture_coordinates() {
     // An image of one colour is the same everywhere.
     let mut plain = cube(None, json!({ "base_colour_texture": texture() }));
     plain.images[0].data = codes(|_| [90; 4]).map(Arc::new);
-    alone(&plain, FindingCode::UniformImage, Harmless);
+    assert_eq!(listed(&summarise_findings(&plain).findings), []);
     let same = Some(vec![[0.5, 0.5]; 8]);
     expect_finding(
         &cube(same, json!({ "normal_texture": texture() })),

@@ -1,7 +1,6 @@
 //! Positions and subjects of findings.
 
 use raywright_core::settings::PrecisionChoice;
-use raywright_core::stress::FindingSubject;
 
 use super::meshes::cube;
 use super::*;
@@ -98,37 +97,6 @@ fn seams_of_rounding_are_told_once() {
         finding.reason.contains("seam") && finding.remedy.contains("merge"),
         "{finding:?}"
     );
-}
-
-/// Protects: if one object of a scene is far larger than the others, it is reported, and they are
-/// not.
-#[test]
-fn what_is_far_out_is_the_outlier() {
-    let small = |i: u32| object("small", ball([f64::from(i), 0.0, 0.0], 0.3), "paint");
-    let ring = json!({ "torus": { "centre": [0, 0, 0], "axis": [0, 1, 0], "major_radius": 1e7, "minor_radius": 1 } });
-    let objects: Vec<Value> = (0..5)
-        .map(small)
-        .chain([object("ring", ring, "paint")])
-        .collect();
-    let finding = one(
-        &scene(&json!({ "objects": objects })),
-        FindingCode::ExtremeScale,
-    );
-    assert_eq!(finding.subject, FindingSubject::Object(5));
-    assert!(finding.reason.contains("metres"), "{}", finding.reason);
-}
-
-/// Protects: of a distant object and the only object in view, the distant one is reported, not the
-/// size of the scene or of the near object.
-#[test]
-fn of_two_objects_the_one_out_of_view_is_the_outlier() {
-    let of = scene(&json!({ "objects": [
-        object("near", ball([0.0; 3], 1.0), "paint"),
-        object("far", ball([3e7, 0.0, 0.0], 0.5), "other"),
-    ] }));
-    let finding = one(&of, FindingCode::ExtremeScale);
-    assert_eq!(finding.subject, FindingSubject::Object(1), "{finding:?}");
-    assert!(finding.others.is_empty(), "{finding:?}");
 }
 
 /// Protects: a rug is reported, with its distance from the floor, if rounding cannot separate the

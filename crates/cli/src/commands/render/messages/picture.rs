@@ -38,7 +38,6 @@ pub fn note_lost_samples(counters: &Counters, notes: &mut Notes) -> Vec<Warning>
         .map(|loss| Warning {
             code: WarningCode::Samples,
             message: message(loss),
-            triangles: 0,
         })
         .collect();
     warnings

@@ -106,6 +106,5 @@ fn warn_of_precision(message: String, loaded: &mut LoadedScene, notes: &mut Note
     loaded.warnings.push(Warning {
         code: WarningCode::Precision,
         message,
-        triangles: 0,
     });
 }

@@ -106,6 +106,5 @@ pub fn note_clamp_bias(
     loaded.warnings.push(Warning {
         code: WarningCode::Samples,
         message,
-        triangles: 0,
     });
 }
