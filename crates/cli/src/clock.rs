@@ -71,44 +71,9 @@ impl StageClock {
     }
 }
 
-/// Formats seconds in the unit that fits, with about three digits: `35 ms`, `1.24 s`, `12 min 5 s`.
-pub fn format_duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 0.9995 => format!("{:.0} ms", s * 1e3),
-        s if s < 9.995 => format!("{s:.2} s"),
-        s if s < 99.95 => format!("{s:.1} s"),
-        s => format_whole_seconds(s as u64),
-    }
-}
-
-/// Formats whole seconds: `8 s`, `3 min 20 s`, `2 h 5 min`.
-pub fn format_whole_seconds(seconds: u64) -> String {
-    match seconds {
-        0..60 => format!("{seconds} s"),
-        60..3600 => format!("{} min {} s", seconds / 60, seconds % 60),
-        _ => format!("{} h {} min", seconds / 3600, seconds / 60 % 60),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Protects: durations have at most three digits, in the unit that fits.
-    #[test]
-    fn durations_are_short() {
-        let cases = [
-            (0.0354, "35 ms"),
-            (0.9996, "1.00 s"),
-            (1.239, "1.24 s"),
-            (75.04, "75.0 s"),
-            (725.0, "12 min 5 s"),
-        ];
-        for (seconds, text) in cases {
-            assert_eq!(format_duration(seconds), text);
-        }
-        assert_eq!(format_duration(7500.0), "2 h 5 min");
-    }
 
     /// Protects: stages do not overlap: the sum of their times is at most the total.
     #[test]

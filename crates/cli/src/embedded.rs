@@ -27,7 +27,6 @@ pub use crate::commands::compare::ComparisonPicture;
 use crate::commands::render::picture;
 pub use crate::commands::render::picture::FinishedPicture;
 use crate::commands::{accuracy, compare, explain};
-use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::plan::{self, RenderTask};
 pub use crate::scene_input::load_with_observer as load;
@@ -110,7 +109,7 @@ impl EmbeddedCommand {
         let Command::Render(args) = &self.command else {
             return Err(wrong_command_failure("a picture (`render`)"));
         };
-        RenderTask::new((**args).clone(), Verbosity::Quiet)
+        RenderTask::new((**args).clone())
     }
 
     /// Returns the JSON of `explain --json` or `accuracy --json` for a scene that was loaded with

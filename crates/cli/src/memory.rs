@@ -1,15 +1,4 @@
-//! Memory use as text, and the peak memory of the process as the operating system reports it.
-
-use raywright_io::format_bytes;
-
-/// Formats the names and sizes of all parts above zero bytes: `geometry 1.2 MiB, picture 300 KiB`.
-pub fn format_memory_parts(parts: &[(&str, u64)]) -> String {
-    let taken = parts.iter().filter(|(_, bytes)| *bytes > 0);
-    taken
-        .map(|(name, bytes)| format!("{name} {}", format_bytes(*bytes)))
-        .collect::<Vec<_>>()
-        .join(", ")
-}
+//! Peak memory of the process, as the operating system reports it.
 
 /// Returns the peak resident memory of the process in bytes; `None` on systems without `/proc`.
 pub fn peak_memory_bytes() -> Option<u64> {

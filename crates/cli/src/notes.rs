@@ -49,6 +49,8 @@ pub struct Notes {
     /// Number of scene files so far.
     file: usize,
     messages: Vec<QueuedMessage>,
+    /// Whether later messages are dropped.
+    is_silent: bool,
     /// Texts of all kept messages, by which a repeated message is recognised and dropped.
     texts: HashSet<String>,
 }
@@ -64,6 +66,7 @@ impl Notes {
             current_scene: None,
             file: 0,
             messages: Vec::new(),
+            is_silent: false,
             texts: HashSet::new(),
         }
     }
@@ -72,6 +75,11 @@ impl Notes {
     pub fn set_current_file(&mut self, name: &str) {
         self.current_scene = Some(name.to_owned());
         self.file += 1;
+    }
+
+    /// Sets whether later messages are dropped.
+    pub fn set_silent(&mut self, is_silent: bool) {
+        self.is_silent = is_silent;
     }
 
     /// Adds a warning about a picture that is incomplete or wrong.
@@ -91,7 +99,9 @@ impl Notes {
 
     /// Prints a message at once, in verbose runs only.
     pub fn print_detail(&self, message: impl std::fmt::Display) {
-        self.verbosity.print_detail(message);
+        if !self.is_silent {
+            self.verbosity.print_detail(message);
+        }
     }
 
     /// Adds all warnings that the load of a scene gave.
@@ -102,6 +112,9 @@ impl Notes {
     }
 
     fn queue_message(&mut self, weight: MessagePriority, message: String) {
+        if self.is_silent {
+            return;
+        }
         let text = match &self.current_scene {
             Some(name) if !message.starts_with(name.as_str()) => format!("{name}: {message}"),
             _ => message,

@@ -15,8 +15,8 @@ use raywright_io::output::PictureMetadata;
 use raywright_io::{EnvironmentSource, LoadOptions, LoadedScene};
 use serde::Serialize;
 
+use crate::numbers::format_significant_digits;
 use crate::plan::{PicturePlan, RungChoices};
-use crate::table::format_significant_digits;
 
 /// Name and version of the program.
 pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));

@@ -9,7 +9,7 @@ use raywright_core::{MemoryUse, Observer, ReadyScene, prepare};
 use raywright_io::{Error, LoadedScene, SourceInfo, format_bytes};
 
 use crate::failure::{Exit, Failure};
-use crate::memory;
+use crate::numbers::format_memory_parts;
 
 /// Message of a run that was interrupted before any result existed.
 pub const NOTHING_KEPT: &str = "interrupted; nothing was written";
@@ -56,7 +56,7 @@ fn memory_error(name: &str, needed: &MemoryUse, allowed: Option<u64>) -> Error {
     let needs = format!(
         "rendering needs about {} of memory ({})",
         format_bytes(needed.total()),
-        memory::format_memory_parts(&parts)
+        format_memory_parts(&parts)
     );
     match allowed {
         Some(allowed) => Error::over_limit(

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle as Template};
 
 use crate::args::ProgressStyle;
-use crate::clock::format_whole_seconds;
 use crate::console::{self, Verbosity};
+use crate::numbers::format_whole_seconds;
 
 /// Time before the first plain line of a progress display.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);

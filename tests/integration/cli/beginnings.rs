@@ -1,7 +1,9 @@
 //! The early stage of a run: memory beyond the limit, refused threads, and interruptions while a
 //! scene is loaded.
 
+use std::io::Read;
 use std::process::{Child, Command, Output, Stdio};
+use std::time::Instant;
 
 use serde_json::json;
 
@@ -225,11 +227,15 @@ fn wait_for_handler(child: &Child) {
         Some(u64::from_str_radix(mask.trim(), 16).expect("a mask of signals") & INTERRUPT != 0)
     };
     let pause = |milliseconds| std::thread::sleep(std::time::Duration::from_millis(milliseconds));
-    // Without that information from the system, a fixed pause is used.
-    while !handles().unwrap_or_else(|| {
-        pause(3000);
-        true
-    }) {
+    // Without that information from the system, a fixed pause is used. A run without a handler is
+    // not waited for.
+    let deadline = Instant::now() + std::time::Duration::from_secs(20);
+    while Instant::now() < deadline
+        && !handles().unwrap_or_else(|| {
+            pause(3000);
+            true
+        })
+    {
         pause(20);
     }
 }
@@ -304,60 +310,85 @@ fn reading_ends_with_the_budget() {
     assert!(sandbox.names().is_empty());
 }
 
-/// Protects: the first Ctrl-C and the first request to terminate end a run that waits for a film or
-/// for a file of a model, with the exit code of an interrupted run.
+/// Message of a run that ends before it has a result.
+const NOTHING: &str = "error: interrupted; nothing was written\n";
+
+/// Commands that load, search or measure, each with work that lasts: standard input and named pipes
+/// that never end, a large model, and measurements.
+#[cfg(target_os = "linux")]
+const LASTING: [(&str, &str); 16] = [
+    ("render - -o a.png", NOTHING),
+    ("render big.obj --frames all:25 -o %04d.png", NOTHING),
+    ("view big.obj --no-open", NOTHING),
+    ("merge a.film -o a.png --checkpoint b.film", NOTHING),
+    ("denoise a.film -o a.png", NOTHING),
+    ("explain -", NOTHING),
+    ("compare a.film b.film --diff a.png", NOTHING),
+    ("info -", NOTHING),
+    ("info a.film", NOTHING),
+    ("check -", NOTHING),
+    ("accuracy - -o a.json", NOTHING),
+    ("bench -", NOTHING),
+    ("bench --seconds 9000 -o a.svg", NOTHING),
+    ("stability --rays all -o a.md", NOTHING),
+    ("stress - -o a.png", NOTHING),
+    (
+        "thumbs models -o out",
+        "error: interrupted; finished pictures are kept, and the next run renders the others\n",
+    ),
+];
+
+/// Protects: in every command, the first Ctrl-C and the first request to terminate are heard while a
+/// file is read, a folder is searched or a measurement runs. The run ends with the exit code of an
+/// interrupted run, and writes no file.
 #[cfg(target_os = "linux")]
 #[test]
-fn waiting_for_files_is_interrupted() {
-    let sandbox = Sandbox::new();
-    std::fs::create_dir(sandbox.path("models")).expect("a folder");
-    let made = Command::new("mkfifo").arg(sandbox.path("a.film")).status();
-    if !made.is_ok_and(|status| status.success()) {
-        eprintln!("skipped: no pipes with names");
-        return;
-    }
-    let vertices = "v 0.1 0.2 0.3\n".repeat(4_000_000);
-    sandbox.write("models/a.obj", vertices + "f 1 2 3\n");
-    let kept =
-        "error: interrupted; finished pictures are kept, and the next run renders the others\n";
-    for (signal, words, message) in [
-        (
-            "-INT",
-            "denoise a.film -o a.png",
-            "error: interrupted; nothing was written\n",
-        ),
-        ("-TERM", "thumbs models -o out", kept),
-    ] {
-        let child = sandbox
-            .command(&words.split(' ').collect::<Vec<_>>())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("starts");
-        wait_for_handler(&child);
-        // The run has begun to wait or to read.
+fn every_command_is_interrupted() {
+    for (signal, sandbox) in [("-INT", Sandbox::new()), ("-TERM", Sandbox::new())] {
+        std::fs::create_dir(sandbox.path("models")).expect("a folder");
+        let made = Command::new("mkfifo").arg(sandbox.path("a.film")).status();
+        if !made.is_ok_and(|status| status.success()) {
+            eprintln!("skipped: no pipes with names");
+            return;
+        }
+        let model = "v 0.1 0.2 0.3\n".repeat(4_000_000) + "f 1 2 3\n";
+        sandbox.write("models/a.obj", &model);
+        sandbox.write("big.obj", &model);
+        let names = sandbox.names();
+        let start = |(words, message)| {
+            let child = sandbox
+                .command(&words.split(' ').collect::<Vec<_>>())
+                .stdin(Stdio::piped())
+                .stdout(Stdio::null())
+                .stderr(Stdio::piped())
+                .spawn();
+            (words, message, child.expect("starts"))
+        };
+        let mut runs = LASTING.map(start);
+        runs.iter().for_each(|(.., child)| wait_for_handler(child));
+        // The runs have begun to wait, to read or to measure.
         std::thread::sleep(std::time::Duration::from_millis(300));
-        let id = child.id().to_string();
-        let send = |signal: &str| Command::new("kill").args([signal, &id]).status();
-        assert!(send(signal).expect("kill runs").success());
+        let send = |signal: &str, child: &Child| {
+            let id = child.id().to_string();
+            let sent = Command::new("kill").args([signal, &id]).status();
+            sent.expect("kill runs");
+        };
+        runs.iter().for_each(|(.., child)| send(signal, child));
         // A run that does not hear the signal is ended, and has no exit code.
-        let (sender, ended) = std::sync::mpsc::channel::<()>();
-        std::thread::scope(|scope| {
-            let send = &send;
-            scope.spawn(move || {
-                let patience = std::time::Duration::from_secs(20);
-                ended
-                    .recv_timeout(patience)
-                    .or_else(|_| send("-KILL").map(|_| ()))
-            });
-            let run = child.wait_with_output().expect("ends");
-            sender.send(()).expect("a listener");
-            let text = String::from_utf8_lossy(&run.stderr);
-            assert_eq!(
-                (run.status.code(), text.as_ref()),
-                (Some(130), message),
-                "{words}"
-            );
-        });
+        let deadline = Instant::now() + std::time::Duration::from_secs(20);
+        for (words, message, child) in &mut runs {
+            while child.try_wait().expect("a child").is_none() && Instant::now() < deadline {
+                std::thread::sleep(std::time::Duration::from_millis(20));
+            }
+            child.kill().expect("it runs, or has ended");
+            let code = child.wait().expect("ends").code();
+            let mut text = String::new();
+            let mut stderr = child.stderr.take().expect("piped");
+            stderr.read_to_string(&mut text).expect("text");
+            let expected = (Some(130), *message);
+            assert_eq!((code, text.as_str()), expected, "{signal} {words}");
+        }
+        assert_eq!(sandbox.names(), names, "{signal}");
     }
 }
 

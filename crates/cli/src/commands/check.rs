@@ -9,6 +9,8 @@ use crate::args::CheckArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
+use crate::numbers::format_count;
+use crate::session::Session;
 use crate::{plan, scene_input};
 
 /// Version of the layout of [`CheckedFile`].
@@ -51,24 +53,26 @@ impl CheckedFile {
 
 /// Runs `check`: loads and validates each file. The exit code is the code of the first file with a
 /// problem.
-pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
+pub fn run(mut session: Session, args: &CheckArgs) -> Result<(), Failure> {
+    // The warnings are a part of the result.
+    session.notes = Notes::new(Verbosity::Quiet);
+    let options = plan::build_load_options(&args.changes, None);
     let mut report = CheckReport {
         format: FORMAT,
         files: Vec::new(),
     };
     let mut first = None;
     for name in &args.scenes {
-        let options = plan::build_load_options(&args.changes, None);
-        let loaded =
-            scene_input::load_with_notes(name, &options, &mut Notes::new(Verbosity::Quiet))
-                .and_then(refuse_collapsed_shapes);
+        let loaded = session
+            .load(name, &options)
+            .and_then(refuse_collapsed_shapes);
         let (checked, failure) =
             check_load_result(name.to_string_lossy().into_owned(), loaded, args);
         if !args.json {
             print_result(
                 &checked,
                 failure.as_ref().filter(|_| args.scenes.len() > 1),
-                verbosity,
+                session.verbosity,
             )?;
         }
         first = first.or(failure);
@@ -168,14 +172,6 @@ fn deny_warnings(name: &str, warnings: &[Warning], args: &CheckArgs) -> Option<F
             format_args!("{name}: {found}, and --deny-warnings allows none; correct the file, or permit a warning by its code: --allow CODE"),
         )
     })
-}
-
-fn format_count(n: usize, label: &str) -> String {
-    if n == 1 {
-        format!("1 {label}")
-    } else {
-        format!("{n} {label}s")
-    }
 }
 
 /// Prints the result for a file: a line on standard output for a file without problems, warnings on

@@ -1,49 +1,31 @@
 //! `denoise`: filters the noise out of the picture of a film file.
 
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::slice;
 
 use raywright_core::denoise::{DenoiseError, denoise};
 use raywright_core::film::Film;
 use raywright_core::{Observer, RenderOutput};
-use raywright_io::output::read_film;
-use raywright_io::{Error, InputFiles};
+use raywright_io::Error;
 
-use super::render::film::refuse_other_version;
-use super::render::{messages, write};
+use super::developing::{FilmOutputs, report_files};
+use super::render::film::read_own_film;
 use crate::args::{DenoiseArgs, ProgressStyle};
-use crate::clock::{StageClock, format_duration};
 use crate::console::Verbosity;
-use crate::early_stage::EarlyStageGuard;
 use crate::failure::{Exit, Failure};
-use crate::notes::Notes;
-use crate::observer::{Deadlines, RunObserver};
+use crate::observer::RunObserver;
+use crate::plan;
 use crate::preparation::NOTHING_KEPT;
 use crate::progress::Progress;
-use crate::targets::{self, OutputFiles};
-use crate::threads::Threads;
-use crate::{interrupt, origin, plan};
+use crate::session::Session;
 
 /// Runs `denoise`: reads a film file, denoises its picture and writes the requested files.
-pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let clock = StageClock::start();
-    let (mut outputs, mut inputs) = (
-        OutputFiles::with_quality(args.display.quality),
-        InputFiles::default(),
-    );
-    let targets = targets::resolve_picture_targets(&args.outputs, &mut outputs)?;
-    inputs.record_read(&args.film);
-    outputs.check_against_inputs(&inputs)?;
-    let (stop, threads) = (
-        interrupt::install_stop_flag()?,
-        Threads::within_machine(args.threads, verbosity)?,
-    );
-    let stage = EarlyStageGuard::start_unlimited(NOTHING_KEPT);
-    let mut kept_film = read_film(&args.film, &plan::build_limits(args.max_memory))?;
-    drop(stage);
-    refuse_other_version(&args.film, &kept_film.metadata)?;
-    kept_film.metadata.command = origin::command_line();
-    let denoised = threads.run(|| denoise(&kept_film.film, &RunObserver::with_stop_flag(stop)));
+pub fn run(mut session: Session, args: &DenoiseArgs) -> Result<(), Failure> {
+    let films = slice::from_ref(&args.film);
+    let named = (args.outputs.as_slice(), None);
+    let outputs = FilmOutputs::resolve(&mut session, &args.display, named, films)?;
+    let mut kept_film = read_own_film(&args.film, &plan::build_limits(args.max_memory))?;
+    let watch = session.start_work();
+    let denoised = session.run(|| denoise(&kept_film.film, &watch));
     if let Err(error) = &denoised {
         return Err(denoise_failure(&args.film.display().to_string(), error));
     }
@@ -51,34 +33,10 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
         denoised: Some(denoised),
         ..RenderOutput::from_film_without_denoising(&kept_film.film)
     };
-    let display = plan::apply_display_and_exposure(
-        &args.display,
-        kept_film.display,
-        rendered.final_picture(),
-    );
-    let noisy = rendered.error_before_denoising(&kept_film.film);
-    kept_film.metadata.error =
-        origin::format_error_metadata(noisy.as_ref(), &rendered, &kept_film.film);
-    let written = write::write_targets(
-        &rendered,
-        &targets,
-        display,
-        &kept_film.metadata,
-        (&inputs, |path: &Path| outputs.is_free_path(path, &inputs)),
-    )?;
-    let mut notes = Notes::new(verbosity);
-    messages::note_lost_samples(&rendered.counters, &mut notes);
-    let error =
-        messages::report_error(noisy.as_ref(), &kept_film.film, &rendered, None, &mut notes)
-            .unwrap_or_else(|| "denoised (biased)".to_owned());
-    notes.print_kept_messages();
-    if !written.is_empty() {
-        verbosity.print_result_message(format_args!(
-            "wrote {} ({error}, {})",
-            written.join(", "),
-            format_duration(clock.total_seconds())
-        ));
-    }
+    let developed = (&mut kept_film, &rendered);
+    let (written, error) = outputs.write_picture(&mut session, developed, &args.display)?;
+    let error = error.unwrap_or_else(|| "denoised (biased)".to_owned());
+    report_files(&mut session, &written, &error);
     Ok(())
 }
 
@@ -97,26 +55,21 @@ fn denoise_failure(film: &str, error: &DenoiseError) -> Failure {
 pub fn denoise_with_progress(
     film: &Film,
     (style, verbosity): (ProgressStyle, Verbosity),
-    stop: &AtomicBool,
+    watch: RunObserver<'_>,
 ) -> RenderOutput {
     if !film.is_to_be_denoised() {
         return RenderOutput::from_film_without_denoising(film);
     }
-    let is_small = film
-        .size()
-        .iter()
-        .map(|&edge| u64::from(edge))
-        .product::<u64>()
-        < SMALL_PIXELS;
-    let progress = Progress::start(
-        "denoising",
-        if is_small { ProgressStyle::None } else { style },
-        verbosity,
-    );
+    let pixels = film.size().map(u64::from).into_iter().product::<u64>();
+    let style = if pixels < SMALL_PIXELS {
+        ProgressStyle::None
+    } else {
+        style
+    };
+    let progress = Progress::start("denoising", style, verbosity);
     let watch = RunObserver {
         progress: Some(&progress),
-        deadlines: Deadlines::default(),
-        ..RunObserver::with_stop_flag(stop)
+        ..watch
     };
     let rendered = RenderOutput::from_film(film, &watch as &dyn Observer);
     progress.finish();

@@ -9,34 +9,27 @@ use raywright_io::{Limits, LoadedScene, SourceInfo};
 use serde::Serialize;
 
 use crate::args::ExplainArgs;
-use crate::clock::format_duration;
 use crate::console::{self, Verbosity, mask_to_one_line};
 use crate::failure::Failure;
-use crate::notes::Notes;
-use crate::observer::RunObserver;
+use crate::numbers::{format_change, format_duration, format_significant_digits};
 use crate::plan::{self, RungChoices};
 use crate::preparation::prepare_failure;
 use crate::progress::StepProgress;
-use crate::table::{format_columns, format_significant_digits, wrap_paragraph, wrap_text};
-use crate::threads::Threads;
-use crate::{interrupt, scene_input};
+use crate::session::Session;
+use crate::table::{format_columns, wrap_paragraph, wrap_text};
 
 /// Runs `explain`: prints the report as a table or as JSON.
-pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let mut notes = Notes::new(verbosity);
-    let mut loaded = scene_input::load_with_notes(
-        &args.scene,
-        &plan::build_load_options(&args.changes, None),
-        &mut notes,
-    )?;
-    scene_input::note_added_parts(&loaded, &mut notes);
-    notes.print_kept_messages();
+pub fn run(mut session: Session, args: &ExplainArgs) -> Result<(), Failure> {
+    let options = plan::build_load_options(&args.changes, None);
+    let mut loaded = session.load_to_render(&args.scene, &options)?;
     let found = EffectSummary::detect_effects(args, &mut loaded)?;
-    let costs = if args.measure {
-        Some(measure_costs(args, &loaded, &found.settings, verbosity)?)
-    } else {
-        None
+    let verbosity = session.verbosity;
+    let measure = || {
+        let (watch, quiet) = (session.start_work(), Verbosity::Quiet);
+        let mut steps = StepProgress::start(if args.json { quiet } else { verbosity });
+        session.run(|| measure_costs(args, &loaded, &found.settings, (&watch, &mut steps)))
     };
+    let costs = args.measure.then(measure).transpose()?;
     let EffectSummary {
         report, ladders, ..
     } = &found;
@@ -62,9 +55,7 @@ pub fn run_embedded(
     let mut steps = StepProgress::start(Verbosity::Quiet);
     let costs = args
         .measure
-        .then(|| {
-            measure_costs_with_observer(args, &loaded, &found.settings, (observer, &mut steps))
-        })
+        .then(|| measure_costs(args, &loaded, &found.settings, (observer, &mut steps)))
         .transpose()?;
     Ok(format_json(&loaded, &found, costs.as_ref()))
 }
@@ -90,25 +81,8 @@ impl EffectSummary {
     }
 }
 
-/// Measures the cost of each effect by renders with and without the effect, with a progress
-/// display.
+/// Measures the cost of each effect by renders with and without the effect.
 fn measure_costs(
-    args: &ExplainArgs,
-    loaded: &LoadedScene,
-    settings: &Settings,
-    verbosity: Verbosity,
-) -> Result<EffectCosts, Failure> {
-    let watch = RunObserver::with_stop_flag(interrupt::install_stop_flag()?);
-    let mut steps = StepProgress::start(if args.json {
-        Verbosity::Quiet
-    } else {
-        verbosity
-    });
-    Threads::new(None)?
-        .run(|| measure_costs_with_observer(args, loaded, settings, (&watch, &mut steps)))
-}
-
-fn measure_costs_with_observer(
     args: &ExplainArgs,
     loaded: &LoadedScene,
     settings: &Settings,
@@ -125,14 +99,13 @@ fn measure_costs_with_observer(
 /// Formats the costs of effects as a table, the most expensive effect first.
 pub fn format_effect_costs(costs: &EffectCosts) -> String {
     let [width, height] = costs.size;
-    let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
     let mut rows = vec![["  effect", "time", "rays", "changes (RMSE)", "FLIP"].map(str::to_owned)];
     rows.extend(costs.effects.iter().map(|cost| {
         let spread = format!(
             "{} ({} to {})",
-            percent(cost.ratio.median),
-            percent(cost.ratio.min),
-            percent(cost.ratio.max)
+            format_change(cost.ratio.median),
+            format_change(cost.ratio.min),
+            format_change(cost.ratio.max)
         );
         let (rmse, flip) = (
             format_significant_digits(cost.rmse, 3),
@@ -141,7 +114,7 @@ pub fn format_effect_costs(costs: &EffectCosts) -> String {
         [
             format!("  {}", cost.effect),
             spread,
-            percent(cost.rays),
+            format_change(cost.rays),
             rmse,
             flip,
         ]

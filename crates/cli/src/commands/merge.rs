@@ -4,88 +4,45 @@ use std::path::{Path, PathBuf};
 
 use raywright_core::RenderOutput;
 use raywright_core::film::{Film, FilmMergeError};
-use raywright_io::output::{StoredFilm, read_film};
-use raywright_io::{Error, InputFiles, Limits};
+use raywright_io::output::StoredFilm;
+use raywright_io::{Error, Limits};
 
-use super::render::film::refuse_other_version;
-use super::render::{messages, write};
+use super::developing::{FilmOutputs, report_files};
+use super::render::film::read_own_film;
+use super::render::write;
 use crate::args::MergeArgs;
-use crate::clock::{StageClock, format_duration};
-use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
-use crate::notes::Notes;
-use crate::targets::{self, OutputFiles};
+use crate::numbers::format_count;
+use crate::session::Session;
 use crate::{origin, plan};
 
 /// Runs `merge`: reads the parts, joins them and writes the requested files.
-pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let clock = StageClock::start();
-    let (mut outputs, mut inputs) = (
-        OutputFiles::with_quality(args.display.quality),
-        InputFiles::default(),
-    );
-    let targets = targets::resolve_picture_targets(&args.outputs, &mut outputs)?;
-    if let Some(path) = &args.checkpoint {
-        outputs.add_output(path, "--checkpoint")?;
-    }
-    args.parts.iter().for_each(|part| inputs.record_read(part));
-    outputs.check_against_inputs(&inputs)?;
+pub fn run(mut session: Session, args: &MergeArgs) -> Result<(), Failure> {
+    let named = (args.outputs.as_slice(), args.checkpoint.as_deref());
+    let outputs = FilmOutputs::resolve(&mut session, &args.display, named, &args.parts)?;
     let mut kept_film = merge_files(&args.parts, &plan::build_limits(args.max_memory))?;
-    kept_film.metadata.command = origin::command_line();
     let missing = kept_film.film.unfinished_pixels();
-    if missing > 0 && !targets.is_empty() && !args.unfinished {
+    if missing > 0 && !outputs.targets.is_empty() && !args.unfinished {
         return Err(missing_samples_failure(&kept_film.film, missing));
     }
-    let is_free = |path: &Path| outputs.is_free_path(path, &inputs);
+    let rendered = session.run(|| RenderOutput::from_film(&kept_film.film, &()));
+    session.end_early_stage();
+    kept_film.metadata.command = origin::command_line();
+    let is_free = |path: &Path| session.outputs.is_free_path(path, &outputs.inputs);
     // The picture is worth writing even if the film file cannot be written.
-    let film_failure = args
-        .checkpoint
-        .as_ref()
-        .and_then(|path| write::write_film_or_copy(path, &mut kept_film, (&inputs, is_free)).err());
-    let rendered = RenderOutput::from_film(&kept_film.film, &());
-    let display = plan::apply_display_and_exposure(
-        &args.display,
-        kept_film.display,
-        rendered.final_picture(),
-    );
-    let noisy = kept_film.film.estimate_uncertainty();
-    kept_film.metadata.error =
-        origin::format_error_metadata(noisy.as_ref(), &rendered, &kept_film.film);
-    let mut written = match write::write_targets(
-        &rendered,
-        &targets,
-        display,
-        &kept_film.metadata,
-        (&inputs, is_free),
-    ) {
+    let film_failure = args.checkpoint.as_ref().and_then(|path| {
+        write::write_film_or_copy(path, &mut kept_film, (&outputs.inputs, is_free)).err()
+    });
+    let developed = (&mut kept_film, &rendered);
+    let (mut written, error) = match outputs.write_picture(&mut session, developed, &args.display) {
         Ok(written) => written,
         Err(failure) => return Err(failure.with_failure(film_failure)),
     };
-    written.extend(
-        args.checkpoint
-            .as_ref()
-            .filter(|_| film_failure.is_none())
-            .map(|path| write::printable_path(path)),
-    );
-    let mut notes = Notes::new(verbosity);
-    messages::note_lost_samples(&rendered.counters, &mut notes);
-    let error =
-        messages::report_error(noisy.as_ref(), &kept_film.film, &rendered, None, &mut notes)
-            .map(|error| format!(", {error}"))
-            .unwrap_or_default();
-    notes.print_kept_messages();
-    if !written.is_empty() {
-        let parts = if args.parts.len() == 1 {
-            "1 part".to_owned()
-        } else {
-            format!("{} parts", args.parts.len())
-        };
-        verbosity.print_result_message(format_args!(
-            "wrote {} ({parts}{error}, {})",
-            written.join(", "),
-            format_duration(clock.total_seconds())
-        ));
-    }
+    let checkpoint = args.checkpoint.iter().filter(|_| film_failure.is_none());
+    written.extend(checkpoint.map(|path| write::printable_path(path)));
+    let error = error.map(|error| format!(", {error}")).unwrap_or_default();
+    let parts = format_count(args.parts.len(), "part");
+    report_files(&mut session, &written, &format!("{parts}{error}"));
     film_failure.map_or(Ok(()), Err)
 }
 
@@ -94,8 +51,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
 fn merge_files(paths: &[PathBuf], limits: &Limits) -> Result<StoredFilm, Failure> {
     let mut all: Option<StoredFilm> = None;
     for path in paths {
-        let part = read_film(path, limits)?;
-        refuse_other_version(path, &part.metadata)?;
+        let part = read_own_film(path, limits)?;
         all = Some(match all {
             None => part,
             Some(before) => {

@@ -7,6 +7,7 @@ mod check;
 pub mod compare;
 mod completions;
 mod denoise;
+mod developing;
 pub mod explain;
 mod info;
 mod man;
@@ -21,40 +22,34 @@ mod view;
 use crate::args::Command;
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
+use crate::interrupt;
 use crate::plan::RenderTask;
-use crate::threads::Threads;
+use crate::session::Session;
 
 /// Runs a command; `None` renders the default preset.
 pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure> {
-    let command = command.unwrap_or_else(|| Command::Render(Box::default()));
-    // Commands without a flag for threads use rayon's global pool, which is built here: rayon
-    // panics if it has to start the pool implicitly and the system refuses a thread.
-    if matches!(
-        command,
-        Command::Merge(_)
-            | Command::Explain(_)
-            | Command::Compare(_)
-            | Command::Info(_)
-            | Command::Check(_)
-            | Command::Bench(_)
-            | Command::Stability(_)
-    ) {
-        Threads::new(None)?;
-    }
-    match command {
-        Command::Render(args) => render::run(&RenderTask::new(*args, verbosity)?),
-        Command::View(args) => view::run(*args, verbosity),
-        Command::Merge(args) => merge::run(&args, verbosity),
-        Command::Denoise(args) => denoise::run(&args, verbosity),
-        Command::Explain(args) => explain::run(&args, verbosity),
-        Command::Compare(args) => compare::run(&args),
-        Command::Info(args) => info::run(&args, verbosity),
-        Command::Check(args) => check::run(&args, verbosity),
-        Command::Accuracy(args) => accuracy::run(&args, verbosity),
-        Command::Bench(args) => bench::run(&args, verbosity),
-        Command::Stability(args) => stability::run(&args, verbosity),
-        Command::Stress(args) => stress::run(&args, verbosity),
-        Command::Thumbs(args) => thumbs::run(&args, verbosity),
+    let open = |threads| Session::open(threads, verbosity);
+    match command.unwrap_or_else(|| Command::Render(Box::default())) {
+        Command::Render(args) => {
+            // `--frames all` loads the scene to learn the length of its animation.
+            let session = open(args.machine.threads)?;
+            render::run(session, &RenderTask::new(*args)?)
+        }
+        Command::View(args) => view::run(open(args.render.machine.threads)?, *args),
+        Command::Merge(args) => merge::run(open(None)?, &args),
+        Command::Denoise(args) => denoise::run(open(args.threads)?, &args),
+        Command::Explain(args) => explain::run(open(None)?, &args),
+        Command::Compare(args) => compare::run(open(None)?, &args),
+        Command::Info(args) => info::run(open(None)?, &args),
+        Command::Check(args) => check::run(open(None)?, &args),
+        Command::Accuracy(args) => accuracy::run(open(args.threads)?, &args),
+        Command::Bench(args) => bench::run(open(Some(bench::THREADS))?, &args),
+        Command::Stability(args) => stability::run(open(None)?, &args),
+        Command::Stress(args) => {
+            interrupt::install_stop_flag()?;
+            stress::run(&args, verbosity)
+        }
+        Command::Thumbs(args) => thumbs::run(open(None)?, &args),
         Command::Presets(args) => presets::run(&args),
         Command::Schema => console::print(raywright_core::scene::SCHEMA),
         Command::Completions(args) => completions::run(&args),

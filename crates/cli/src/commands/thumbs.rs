@@ -4,7 +4,6 @@
 use std::collections::{BTreeMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
 use raywright_core::display::Display;
@@ -17,13 +16,10 @@ use raywright_io::{
 use serde::{Deserialize, Serialize};
 
 use crate::args::{ExposureChoice, ThumbsArgs};
-use crate::console::{self, Verbosity};
-use crate::early_stage::EarlyStageGuard;
+use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::interrupt;
-use crate::observer::RunObserver;
 use crate::preparation::prepare_loaded;
-use crate::threads::Threads;
+use crate::session::Session;
 use crate::{origin, plan, scene_input};
 
 /// Version of the layout of [`ThumbnailIndex`].
@@ -78,8 +74,8 @@ impl ThumbnailInputs {
 
 /// Runs `thumbs`: renders the pictures that are missing or out of date, and prints a line for each
 /// model.
-pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let (stop, threads) = (interrupt::install_stop_flag()?, Threads::new(None)?);
+pub fn run(mut session: Session, args: &ThumbsArgs) -> Result<(), Failure> {
+    session.start_early_stage(INTERRUPTED);
     let mut models = list_models(args)?;
     // The newest models are rendered first, because a user may be waiting for them.
     models.sort_by(|a, b| b.0.cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
@@ -87,14 +83,15 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut index = read_index(&index_file)?;
     let (mut worst, mut failed, mut index_written) = (Exit::Done, 0, Instant::now());
     for (_, model) in &models {
-        if stop.load(Ordering::Relaxed) {
+        session.end_early_stage();
+        if session.is_stopped() {
             break;
         }
         if index_written.elapsed() >= INDEX_INTERVAL {
             write_index(&index_file, &index)?;
             index_written = Instant::now();
         }
-        match update_thumbnail(args, model, &mut index, (&threads, stop)) {
+        match update_thumbnail(args, model, &mut index, &mut session) {
             Ok((picture, is_new)) => console::print(format!(
                 "{} {}\n",
                 if is_new { "new " } else { "same" },
@@ -112,12 +109,13 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
             }
         }
     }
+    session.end_early_stage();
     write_index(&index_file, &index)?;
-    if stop.load(Ordering::Relaxed) {
+    if session.is_stopped() {
         return Err(Failure::new(Exit::Interrupted, INTERRUPTED));
     }
     if models.is_empty() {
-        verbosity.print_warning(format_args!(
+        session.verbosity.print_warning(format_args!(
             "{}: the folder contains no scene and no model; name another folder",
             args.folder.display()
         ));
@@ -138,7 +136,6 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
 /// folder of the pictures. Each folder is searched once, under its first path without links where
 /// it has one, however many links lead to it.
 fn list_models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
-    let _stage = EarlyStageGuard::start_unlimited(INTERRUPTED);
     let (mut found, mut folders) = (Vec::new(), vec![args.folder.clone()]);
     // Links are followed after all folders that have a path without links.
     let (mut links, mut searched) = (Vec::new(), HashSet::new());
@@ -197,9 +194,9 @@ fn update_thumbnail(
     args: &ThumbsArgs,
     model: &Path,
     index: &mut ThumbnailIndex,
-    (threads, stop): (&Threads, &AtomicBool),
+    session: &mut Session,
 ) -> Result<(PathBuf, bool), Failure> {
-    let stage = EarlyStageGuard::start_unlimited(INTERRUPTED);
+    session.start_early_stage(INTERRUPTED);
     let below = model.strip_prefix(&args.folder).unwrap_or(model);
     let (name, picture) = (
         below.to_string_lossy().into_owned(),
@@ -227,8 +224,7 @@ fn update_thumbnail(
     if let Some(failure) = scene_input::empty_scene_failure(&loaded) {
         return Err(failure);
     }
-    drop(stage);
-    render_thumbnail(&loaded, args.size, &picture, (threads, stop))?;
+    render_thumbnail(&loaded, args.size, &picture, session)?;
     index.thumbnails.insert(
         name,
         ThumbnailInputs::from_inputs(&loaded.inputs, args.size),
@@ -250,7 +246,7 @@ fn render_thumbnail(
     loaded: &LoadedScene,
     size: u32,
     picture: &Path,
-    (threads, stop): (&Threads, &AtomicBool),
+    session: &mut Session,
 ) -> Result<(), Failure> {
     let own_settings = Settings::from_scene(&loaded.scene);
     let sampling = plan::quick_preview_sampling(own_settings.sampling);
@@ -266,11 +262,11 @@ fn render_thumbnail(
         camera: camera.or(own_settings.camera.clone()),
         ..own_settings
     };
-    let watch = RunObserver::with_stop_flag(stop);
+    let watch = session.start_work();
     // The exposure is automatic, because no user chooses it for each model.
     let mut display = Display::from_render(&loaded.scene.render);
     let requested = (display, Some(ExposureChoice::Auto));
-    let rendered = threads.run(|| {
+    let rendered = session.run(|| {
         let mut ready = prepare_loaded(loaded, &settings, &watch)?;
         let chosen = plan::choose_exposure(loaded, &ready, requested, &watch);
         ready.set_backdrop_exposure(chosen.lights);

@@ -22,7 +22,6 @@ use crate::args::{
     Accelerator, BackgroundChoice, DisplayArgs, LightArgs, PictureShare, ProgressStyle, RenderArgs,
     TevAddress, ViewArgs,
 };
-use crate::console::Verbosity;
 use crate::failure::Failure;
 use crate::scene_input;
 pub use display::{
@@ -63,8 +62,6 @@ pub struct RenderTask {
     pub max_error: Option<f64>,
     /// Whether the run is a quick preview.
     pub is_quick: bool,
-    /// Number of threads; `None`: one for each processor.
-    pub threads: Option<u32>,
     /// Time limit for the whole run, counted from the program's start.
     pub budget: Option<Duration>,
     /// Film file of `--checkpoint`, which keeps the samples so far.
@@ -85,8 +82,6 @@ pub struct RenderTask {
     pub display: Option<TevAddress>,
     /// Style of the progress display.
     pub progress: ProgressStyle,
-    /// Amount of messages.
-    pub verbosity: Verbosity,
     overrides: DisplayOverrides,
 }
 
@@ -104,7 +99,7 @@ impl RenderTask {
     /// Resolves the arguments of `render`.
     ///
     /// A usage failure if a flag for a single picture is combined with several pictures.
-    pub fn new(args: RenderArgs, verbosity: Verbosity) -> Result<Self, Failure> {
+    pub fn new(args: RenderArgs) -> Result<Self, Failure> {
         let RenderArgs {
             scenes,
             outputs,
@@ -148,7 +143,6 @@ impl RenderTask {
             layers: aov,
             max_error: light.max_error,
             is_quick: light.quick,
-            threads: machine.threads,
             budget: film.budget,
             checkpoint: film.checkpoint,
             resume: film.resume,
@@ -159,7 +153,6 @@ impl RenderTask {
             preview: report.preview,
             display: report.display,
             progress: report.progress,
-            verbosity,
             overrides: DisplayOverrides {
                 view,
                 light,

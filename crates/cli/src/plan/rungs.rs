@@ -104,7 +104,6 @@ mod tests {
 
     use super::*;
     use crate::args::{Arguments, Command};
-    use crate::console::Verbosity;
     use crate::plan::RenderTask;
 
     fn task(words: &[&str]) -> RenderTask {
@@ -116,7 +115,7 @@ mod tests {
         else {
             panic!("a right command line")
         };
-        RenderTask::new(*args, Verbosity::Quiet).expect("nothing is wrong with it")
+        RenderTask::new(*args).expect("nothing is wrong with it")
     }
 
     fn rungs(list: &[&str]) -> RungChoices {

@@ -14,12 +14,11 @@ use serde::Serialize;
 
 use super::csv::format_csv;
 use super::recommendation::{RenderCommand, format_recommendation};
-use crate::clock::format_duration;
 use crate::console;
 use crate::failure::Failure;
 use crate::machine::processor_name;
+use crate::numbers::{format_count, format_duration, format_significant_digits};
 use crate::origin::command_line;
-use crate::table::format_significant_digits;
 
 /// Version of the layout of [`AccuracyDocument`]. Since version 4, all errors are roots of mean
 /// squares. Since version 3, errors and times apply to the picture at its full size; they are
@@ -221,7 +220,7 @@ fn describe_conditions(
             edge = tiles.edge
         ),
     };
-    let plural = if threads == 1 { "thread" } else { "threads" };
+    let threads = format_count(threads, "thread");
     let cut = if report.cut_short {
         "; the time ended before all settings were measured: give a larger --budget"
     } else {
@@ -230,7 +229,7 @@ fn describe_conditions(
     vec![
         format!("measured at the size of the render, {width}x{height} pixels: {measured}"),
         format!(
-            "{machine}{threads} {plural}; times are {clock} without preparation; intervals have 95 % confidence"
+            "{machine}{threads}; times are {clock} without preparation; intervals have 95 % confidence"
         ),
         format!(
             "reference picture{}: double precision (f64), the most exact rung of every ladder that is fast enough, {} samples a pixel; standard error {}, \

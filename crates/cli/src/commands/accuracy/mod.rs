@@ -14,84 +14,65 @@ use raywright_core::accuracy::{
     ReusableReference, measure_accuracy,
 };
 use raywright_core::{Observer, Settings};
-use raywright_io::{EnvironmentSource, Error, GroundRule, LoadOptions, LoadedScene, output};
+use raywright_io::{EnvironmentSource, Error, GroundRule, LoadedScene, output};
 
 use crate::args::values::{MaterialChoice, UpDirection};
 use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
-use crate::notes::Notes;
-use crate::observer::RunObserver;
 use crate::origin::quote_for_shell;
 use crate::plan::{self, RungChoices};
 use crate::preparation::prepare_failure;
 use crate::progress::StepProgress;
+use crate::session::Session;
 use crate::targets::OutputFiles;
-use crate::threads::Threads;
-use crate::{interrupt, origin, scene_input};
+use crate::{origin, scene_input};
 use file::{AccuracyDocument, AccuracyFileKind};
 
 /// Runs `accuracy`: measures, writes the requested files, and prints a table or JSON.
-pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let mut outputs = OutputFiles::default();
-    let files = resolve_report_files(args, &mut outputs)?;
-    let name = args
-        .scene
-        .clone()
-        .map_or_else(scene_input::default_scene_name, Ok)?;
-    if let Some(path) = &args.reference {
-        outputs.add_output(path, "--reference")?;
-    }
-    let mut notes = Notes::new(verbosity);
+pub fn run(mut session: Session, args: &AccuracyArgs) -> Result<(), Failure> {
+    let files = resolve_report_files(args, &mut session.outputs)?;
+    let default = scene_input::default_scene_name;
+    let name = args.scene.clone().map_or_else(default, Ok)?;
+    let kept = args.reference.as_deref();
+    kept.map_or(Ok(()), |path| {
+        session.outputs.add_output(path, "--reference")
+    })?;
     let options = plan::build_load_options(&args.changes, args.max_memory);
-    let threads = Threads::within_machine(args.threads, verbosity)?;
-    let mut loaded = threads.run(|| scene_input::load_with_notes(&name, &options, &mut notes))?;
-    outputs.check_against_inputs(&loaded.inputs)?;
-    scene_input::note_added_parts(&loaded, &mut notes);
-    notes.print_kept_messages();
-    let settings = resolve_settings(args, &mut loaded, &options)?;
-    let given_reference = args
-        .reference
-        .as_deref()
+    let mut loaded = session.load_to_render(&name, &options)?;
+    let reference = kept
         .map(|path| reference::read_reference(path, &options.limits))
         .transpose()?
         .flatten();
-    let identity =
-        origin::format_scene_identity(&loaded, &options, &RungChoices::from(&args.choices));
-    let start = MeasurementStart {
-        scene: &identity,
-        reference: given_reference,
-    };
-    let watch = RunObserver::with_stop_flag(interrupt::install_stop_flag()?);
-    let mut steps = StepProgress::start(verbosity);
-    let (report, used_reference) =
-        threads.run(|| measure_scene(args, (&loaded, &settings), start, &watch, &mut steps))?;
+    let (watch, mut steps) = (session.start_work(), StepProgress::start(session.verbosity));
+    let measure = || Measurement::measure(args, &mut loaded, reference, (&watch, &mut steps));
+    let (measured, used_reference) = session.run(measure)?;
     drop(steps);
-    let is_free = |path: &Path| outputs.is_free_path(path, &loaded.inputs);
+    let is_stopped = watch.was_stopped();
+    let document = measured.document(args, &loaded, session.run(rayon::current_num_threads));
     // The measurement is worth reporting even if the reference cannot be written.
-    let reference_result = args
-        .reference
-        .as_deref()
-        .filter(|_| !report.reference.kept && !watch.was_stopped())
+    let reference_result = kept
+        .filter(|_| !measured.report.reference.kept && !is_stopped)
         .map_or(Ok(()), |path| {
+            let is_free = |path: &Path| session.outputs.is_free_path(path, &loaded.inputs);
             reference::write_reference(path, used_reference, &loaded, is_free)?;
-            verbosity.print_result_message(path.display());
+            session.verbosity.print_result_message(path.display());
             Ok(())
         });
-    let document = AccuracyDocument::new(
-        &loaded,
-        &format_measurement_flags(args),
-        &settings,
-        threads.run(rayon::current_num_threads),
-        &report,
-    );
-    write_reports(&document, &files, (watch.was_stopped(), is_free), verbosity)?;
+    for (path, kind) in files {
+        let text = document.format_as(kind);
+        if is_stopped {
+            write_partial_report(&session, path, &text, &loaded)?;
+        } else {
+            session.write_report(path, &text)?;
+        }
+    }
     console::print(if args.json {
         console::format_json(&document)
     } else {
         text::format_report(&document)
     })?;
-    if watch.was_stopped() {
+    if is_stopped {
         return Err(Failure::new(
             Exit::Interrupted,
             "interrupted; the report contains the measurements that were finished",
@@ -113,28 +94,20 @@ fn resolve_report_files<'a>(
     Ok(files)
 }
 
-/// Writes the report to files, and prints their names. The report of a stopped measurement goes to
-/// partial files, which overwrite no file that is not free.
-fn write_reports(
-    document: &AccuracyDocument<'_>,
-    files: &[(&Path, AccuracyFileKind)],
-    (was_stopped, is_free): (bool, impl Fn(&Path) -> bool),
-    verbosity: Verbosity,
+/// Writes the report of a stopped measurement to a partial file, which replaces no file, and prints
+/// its name.
+fn write_partial_report(
+    session: &Session,
+    path: &Path,
+    text: &str,
+    loaded: &LoadedScene,
 ) -> Result<(), Failure> {
-    for &(path, kind) in files {
-        let text = document.format_as(kind);
-        if was_stopped {
-            let name = output::write_file_without_overwriting(
-                &output::partial_picture_path(path),
-                text.as_bytes(),
-                &is_free,
-            )?;
-            verbosity.print_result_message(name.display());
-        } else {
-            output::write_atomically(path, text.as_bytes())?;
-            verbosity.print_result_message(path.display());
-        }
-    }
+    let name = output::write_file_without_overwriting(
+        &output::partial_picture_path(path),
+        text.as_bytes(),
+        &|path: &Path| session.outputs.is_free_path(path, &loaded.inputs),
+    )?;
+    session.verbosity.print_result_message(name.display());
     Ok(())
 }
 
@@ -153,72 +126,73 @@ pub fn run_embedded(
         ))
         .into());
     }
-    let options = plan::build_load_options(&args.changes, args.max_memory);
-    let settings = resolve_settings(args, &mut loaded, &options)?;
-    let identity =
-        origin::format_scene_identity(&loaded, &options, &RungChoices::from(&args.choices));
-    let start = MeasurementStart {
-        scene: &identity,
-        reference: None,
-    };
-    let (report, _) = measure_scene(
-        args,
-        (&loaded, &settings),
-        start,
-        observer,
-        &mut StepProgress::start(Verbosity::Quiet),
-    )?;
-    let mut document = AccuracyDocument::new(
-        &loaded,
-        &format_measurement_flags(args),
-        &settings,
-        rayon::current_num_threads(),
-        &report,
-    );
+    let mut steps = StepProgress::start(Verbosity::Quiet);
+    let (measured, _) = Measurement::measure(args, &mut loaded, None, (observer, &mut steps))?;
+    let mut document = measured.document(args, &loaded, rayon::current_num_threads());
     document.command = command;
     Ok(console::format_json(&document))
 }
 
-/// Resolves the scene's own settings as changed by the flags. All other settings are compared with
-/// these.
-fn resolve_settings(
-    args: &AccuracyArgs,
-    loaded: &mut LoadedScene,
-    options: &LoadOptions,
-) -> Result<Settings, Failure> {
-    let mut settings = Settings::from_scene(&loaded.scene);
-    settings.integrator = args.integrator.unwrap_or(settings.integrator);
-    RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
-    settings.max_memory = Some(options.limits.memory_bytes);
-    Ok(settings)
+/// A measurement of a scene, with the settings that all others are compared with.
+struct Measurement {
+    settings: Settings,
+    report: AccuracyReport,
 }
 
-fn measure_scene(
-    args: &AccuracyArgs,
-    (loaded, settings): (&LoadedScene, &Settings),
-    start: MeasurementStart<'_>,
-    observer: &dyn Observer,
-    steps: &mut StepProgress,
-) -> Result<(AccuracyReport, ReusableReference), Failure> {
-    let effort = AccuracyEffort {
-        budget: args.budget,
-        size: args.size,
-        rounds: args.rounds,
-    };
-    measure_accuracy(&loaded.scene, settings, &effort, start, observer, steps).map_err(|error| {
-        match (error, &args.reference) {
-            (MeasureError::Reference(error), Some(path)) => {
-                reference::wrong_reference_failure(path, &error)
-            }
-            (MeasureError::Reference(error), None) => Error::invalid_usage(error).into(),
-            (MeasureError::Prepare(error), _) => prepare_failure(&loaded.source, error),
-            (error @ MeasureError::InsufficientTime, _) => Failure::new(
-                Exit::Failed,
-                format_args!("{}: {error}", loaded.source.name),
-            )
-            .with_hint("give a larger --budget or a smaller --size"),
+impl Measurement {
+    /// Measures a scene with its own settings as changed by the flags. `reference` is the reference
+    /// picture of an earlier measurement. Returns the used reference picture too.
+    fn measure(
+        args: &AccuracyArgs,
+        loaded: &mut LoadedScene,
+        reference: Option<ReusableReference>,
+        (observer, steps): (&dyn Observer, &mut StepProgress),
+    ) -> Result<(Self, ReusableReference), Failure> {
+        let options = plan::build_load_options(&args.changes, args.max_memory);
+        let choices = RungChoices::from(&args.choices);
+        let mut settings = Settings::from_scene(&loaded.scene);
+        settings.integrator = args.integrator.unwrap_or(settings.integrator);
+        choices.apply(&mut loaded.scene, &mut settings)?;
+        settings.max_memory = Some(options.limits.memory_bytes);
+        let start = MeasurementStart {
+            scene: &origin::format_scene_identity(loaded, &options, &choices),
+            reference,
+        };
+        let effort = AccuracyEffort {
+            budget: args.budget,
+            size: args.size,
+            rounds: args.rounds,
+        };
+        let measured = measure_accuracy(&loaded.scene, &settings, &effort, start, observer, steps);
+        let (report, reference) = measured.map_err(|error| measure_failure(args, loaded, error))?;
+        Ok((Self { settings, report }, reference))
+    }
+
+    /// Combines the measurement with its scene, its flags and its number of threads.
+    fn document<'a>(
+        &'a self,
+        args: &AccuracyArgs,
+        loaded: &'a LoadedScene,
+        threads: usize,
+    ) -> AccuracyDocument<'a> {
+        let flags = format_measurement_flags(args);
+        AccuracyDocument::new(loaded, &flags, &self.settings, threads, &self.report)
+    }
+}
+
+fn measure_failure(args: &AccuracyArgs, loaded: &LoadedScene, error: MeasureError) -> Failure {
+    match (error, &args.reference) {
+        (MeasureError::Reference(error), Some(path)) => {
+            reference::wrong_reference_failure(path, &error)
         }
-    })
+        (MeasureError::Reference(error), None) => Error::invalid_usage(error).into(),
+        (MeasureError::Prepare(error), _) => prepare_failure(&loaded.source, error),
+        (error @ MeasureError::InsufficientTime, _) => Failure::new(
+            Exit::Failed,
+            format_args!("{}: {error}", loaded.source.name),
+        )
+        .with_hint("give a larger --budget or a smaller --size"),
+    }
 }
 
 /// Formats the flags that define the measurement, as `render` accepts them.

@@ -4,9 +4,8 @@
 use raywright_core::accuracy::{AccuracyReport, MeasuredSetting, Recommendation, Recommendations};
 use raywright_io::report::format_uncertain;
 
-use crate::clock::format_duration;
+use crate::numbers::{format_duration, format_significant_digits};
 use crate::origin::quote_for_shell;
-use crate::table::format_significant_digits;
 
 /// Command line of `render` for a scene, in two parts: the part common to all settings, and the
 /// flags of a setting.
@@ -217,7 +216,6 @@ mod tests {
     use super::super::text::tests::report;
     use super::*;
     use crate::args::{Arguments, Command};
-    use crate::console::Verbosity;
     use crate::plan::RenderTask;
 
     fn words(list: &[&str]) -> Vec<String> {
@@ -353,7 +351,7 @@ mod tests {
                 };
                 let (mut scene, task) = (
                     Scene::default(),
-                    RenderTask::new(*args, Verbosity::Quiet).expect("right words"),
+                    RenderTask::new(*args).expect("right words"),
                 );
                 task.resolve_plan(&mut scene, None, |_, _, _, _| panic!("nothing is framed"))
                     .expect("a plan")

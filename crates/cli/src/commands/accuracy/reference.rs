@@ -8,10 +8,10 @@ use raywright_core::accuracy::ReusableReference;
 use raywright_core::display::Display;
 use raywright_core::film::FilmMergeError;
 use raywright_core::ladder::RungChoice;
-use raywright_io::output::{PictureMetadata, StoredFilm, read_film};
+use raywright_io::output::{PictureMetadata, StoredFilm};
 use raywright_io::{Error, Limits, LoadedScene};
 
-use crate::commands::render::film::refuse_other_version;
+use crate::commands::render::film::read_own_film;
 use crate::commands::render::write::write_film_or_copy;
 use crate::failure::Failure;
 use crate::origin::{SOFTWARE, command_line};
@@ -24,8 +24,7 @@ pub fn read_reference(path: &Path, limits: &Limits) -> Result<Option<ReusableRef
     if !path.exists() {
         return Ok(None);
     }
-    let StoredFilm { film, metadata, .. } = read_film(path, limits)?;
-    refuse_other_version(path, &metadata)?;
+    let StoredFilm { film, metadata, .. } = read_own_film(path, limits)?;
     let mut words = metadata.settings.split(' ');
     let rungs = (words.next() == Some(REFERENCE_MARK))
         .then(|| {

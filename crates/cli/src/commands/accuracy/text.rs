@@ -13,9 +13,8 @@ use raywright_io::report::{format_light_change, format_uncertain};
 
 use super::file::AccuracyDocument;
 use crate::commands::explain::format_effect_costs;
-use crate::table::{
-    ColumnAlignment, format_aligned_columns, format_significant_digits, wrap_paragraph,
-};
+use crate::numbers::format_significant_digits;
+use crate::table::{ColumnAlignment, format_aligned_columns, wrap_paragraph};
 use cells::{
     RIGHT, format_interval, format_ladder_title, format_name_list, format_precise_duration,
     format_root_mean_square, format_rung_name, format_title_row, list_unmeasured_rungs,

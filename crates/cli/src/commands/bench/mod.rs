@@ -6,23 +6,23 @@ mod chart;
 mod report;
 mod text;
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use raywright_core::bench::{
     BenchError, BenchOptions, ScanTreeTiming, compare_scene, generated_sizes, measure_generated,
 };
 use raywright_core::settings::Settings;
-use raywright_io::{Error, output};
+use raywright_io::Error;
 
 use crate::args::BenchArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
-use crate::notes::Notes;
+use crate::plan;
 use crate::progress::StepProgress;
-use crate::targets::OutputFiles;
-use crate::threads::Threads;
-use crate::{plan, scene_input};
-use report::{BenchMeasurements, BenchReport, THREADS};
+use crate::session::Session;
+pub use report::THREADS;
+use report::{BenchMeasurements, BenchReport};
 
 /// Longest useful timing sample in seconds. The spread of longer samples has other causes than the
 /// length of the samples.
@@ -31,20 +31,17 @@ const LONGEST_SAMPLE: f64 = 0.05;
 const SCENE_ROWS: usize = 2;
 
 /// Runs `bench`: measures, and prints a table or JSON.
-pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
+pub fn run(mut session: Session, args: &BenchArgs) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         require_svg_extension(path)?;
-        OutputFiles::default().add_output(path, "-o")?;
+        session.outputs.add_output(path, "-o")?;
     }
-    // Everything runs on one thread, so that build times do not depend on the machine's number of
-    // processors.
-    let report = Threads::new(Some(THREADS))?.run(|| match &args.scene {
-        Some(_) => measure_scene(args, verbosity),
-        None => measure_generated_scenes(args, verbosity),
-    })?;
+    let report = match &args.scene {
+        Some(name) => measure_scene(args, name, &mut session)?,
+        None => session.run(|| measure_generated_scenes(args, session.verbosity))?,
+    };
     if let (Some(path), BenchMeasurements::Generated(series)) = (&args.plot, &report.measured) {
-        output::write_atomically(path, chart::draw_bench_plot(series, &report).as_bytes())?;
-        verbosity.print_result_message(path.display());
+        session.write_report(path, &chart::draw_bench_plot(series, &report))?;
     }
     let text = match (args.json, args.markdown) {
         (true, _) => console::format_json(&report),
@@ -104,23 +101,23 @@ fn measure_generated_scenes(
     ))
 }
 
-fn measure_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<BenchReport, Failure> {
-    let name = args.scene.clone().unwrap_or_default();
-    let mut notes = Notes::new(verbosity);
-    let loaded = scene_input::load_with_notes(
-        &name,
-        &plan::build_load_options(&args.changes, None),
-        &mut notes,
-    )?;
-    notes.print_kept_messages();
+fn measure_scene(
+    args: &BenchArgs,
+    name: &OsStr,
+    session: &mut Session,
+) -> Result<BenchReport, Failure> {
+    let options = plan::build_load_options(&args.changes, None);
+    let loaded = session.load(name, &options)?;
+    session.notes.print_kept_messages();
     let bench_options = choose_bench_options(args, SCENE_ROWS);
     let settings = Settings::from_scene(&loaded.scene);
-    let (mut steps, mut rows) = (StepProgress::start(verbosity), 0.0);
+    let (mut steps, mut rows) = (StepProgress::start(session.verbosity), 0.0);
     let mut done = |_: &ScanTreeTiming| {
         rows += 1.0;
         steps.show_step("rays measured", rows / SCENE_ROWS as f64);
     };
-    let rows = compare_scene(&loaded.scene, &settings, &bench_options, &mut done)
+    let rows = session
+        .run(|| compare_scene(&loaded.scene, &settings, &bench_options, &mut done))
         .map_err(|error| bench_failure(error, &loaded.source.name))?;
     Ok(BenchReport::new(
         bench_options,

@@ -12,7 +12,8 @@ use serde::Serialize;
 
 use crate::machine::processor_name;
 
-/// Number of threads in every measurement.
+/// Number of threads in every measurement, so that build times do not depend on the machine's number
+/// of processors.
 pub const THREADS: u32 = 1;
 
 /// Results of a measurement, with everything needed to judge them.

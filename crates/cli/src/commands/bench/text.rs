@@ -1,13 +1,13 @@
 //! Tables of `bench`, as plain text and as Markdown.
 
 use raywright_core::bench::{
-    Crossover, GeneratedSceneTimings, PowerLaw, QueryCost, SampleQuantiles, ScanTreeTiming,
-    SceneComparison,
+    Crossover, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming, SceneComparison,
 };
 use raywright_io::format_bytes;
 
 use super::report::{BenchMeasurements, BenchReport};
 use crate::console;
+use crate::numbers::{format_median, format_three_digits};
 use crate::table::{ColumnAlignment, Table, wrap_paragraph};
 
 /// A table with a heading above and notes below.
@@ -216,31 +216,13 @@ fn build_scene_cost_table(comparison: &SceneComparison) -> AnnotatedTable {
 
 /// Formats the cells below the headings [`TIME_HEADINGS`].
 fn format_time_cells(row: &ScanTreeTiming) -> [String; 3] {
-    let time = |cost: Option<QueryCost>| {
-        cost.map_or_else(
-            || "not run".to_owned(),
-            |cost| {
-                format!(
-                    "{}{}",
-                    format_three_digits(cost.nanoseconds.median),
-                    format_spread(&cost.nanoseconds)
-                )
-            },
-        )
-    };
-    let ratio = |ratio: Option<SampleQuantiles>| {
-        ratio.map_or_else(
-            || "-".to_owned(),
-            |ratio| {
-                format!(
-                    "{}{}",
-                    format_three_digits(ratio.median),
-                    format_spread(&ratio)
-                )
-            },
-        )
-    };
-    [time(row.scan), time(Some(row.tree)), ratio(row.ratio)]
+    let scan = row.scan.map(|cost| format_median(&cost.nanoseconds));
+    let ratio = row.ratio.as_ref().map(format_median);
+    [
+        scan.unwrap_or_else(|| "not run".to_owned()),
+        format_median(&row.tree.nanoseconds),
+        ratio.unwrap_or_else(|| "-".to_owned()),
+    ]
 }
 
 /// Formats the cells for the share of rays that hit, and for the nodes and primitive tests of the
@@ -261,17 +243,7 @@ fn format_build_cost_cells(
 ) -> [String; 2] {
     cost.map_or_else(
         || ["not run".to_owned(), "-".to_owned()],
-        |cost| {
-            let build = cost.build_milliseconds;
-            [
-                format!(
-                    "{}{}",
-                    format_three_digits(build.median),
-                    format_spread(&build)
-                ),
-                memory(cost.bytes),
-            ]
-        },
+        |cost| [format_median(&cost.build_milliseconds), memory(cost.bytes)],
     )
 }
 
@@ -292,33 +264,6 @@ fn describe_skipped_scans<'a>(
             format_three_digits(report.sample_seconds * 1e3)
         )
     })
-}
-
-/// Formats half the interquartile range in percent of the median.
-fn format_spread(spread: &SampleQuantiles) -> String {
-    format!(" ±{:>4.1} %", spread.relative_half_spread() * 100.0)
-}
-
-/// Formats a number with three significant digits; `-` for infinity and NaN.
-pub fn format_three_digits(x: f64) -> String {
-    if !x.is_finite() {
-        return "-".to_owned();
-    }
-    let whole = if x == 0.0 {
-        0
-    } else {
-        x.abs().log10().floor() as i32
-    };
-    let step = 10_f64.powi(whole - 2);
-    format!(
-        "{:.*}",
-        (2 - whole).clamp(0, 6) as usize,
-        if whole > 2 {
-            (x / step).round() * step
-        } else {
-            x
-        }
-    )
 }
 
 fn capitalise(word: &str) -> String {

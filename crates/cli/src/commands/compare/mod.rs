@@ -22,20 +22,22 @@ use self::thresholds::{Thresholds, list_exceeded_thresholds};
 use crate::args::{CompareArgs, DisplayArgs, ExposureChoice};
 use crate::console;
 use crate::failure::{Exit, Failure};
+use crate::session::Session;
 use crate::targets::OutputFiles;
 use crate::{origin, plan};
 
 /// Runs `compare`: reads two pictures, prints the measures of their difference, and fails if a
 /// measure exceeds a threshold.
-pub fn run(args: &CompareArgs) -> Result<(), Failure> {
+pub fn run(mut session: Session, args: &CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &args.diff {
-        check_diff_target(path, args)?;
+        check_diff_target(path, args, &mut session.outputs)?;
     }
     let pair = [
         noise::read_with_standard_errors(&args.picture)?,
         noise::read_with_standard_errors(&args.reference)?,
     ];
     let judgement = ComparisonResult::new(args, &pair)?;
+    session.end_early_stage();
     if let Some(path) = &args.diff {
         write_difference_picture(path, &judgement.comparison)?;
     }
@@ -189,7 +191,11 @@ fn data_windows(pair: &[ComparisonPicture; 2]) -> [Option<DataWindow>; 2] {
         .map(|judged| judged.stored_picture.picture.window)
 }
 
-fn check_diff_target(path: &Path, args: &CompareArgs) -> Result<(), Failure> {
+fn check_diff_target(
+    path: &Path,
+    args: &CompareArgs,
+    outputs: &mut OutputFiles,
+) -> Result<(), Failure> {
     if PictureFormat::from_path(path)? != PictureFormat::Png {
         return Err(Error::invalid_usage(format_args!(
             "{}: --diff writes a PNG file; use a name that ends in .png",
@@ -197,7 +203,7 @@ fn check_diff_target(path: &Path, args: &CompareArgs) -> Result<(), Failure> {
         ))
         .into());
     }
-    let (mut outputs, mut inputs) = (OutputFiles::default(), InputFiles::default());
+    let mut inputs = InputFiles::default();
     outputs.add_output(path, "--diff")?;
     inputs.record_read(&args.picture);
     inputs.record_read(&args.reference);

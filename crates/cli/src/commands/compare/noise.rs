@@ -11,7 +11,7 @@ use raywright_io::{Error, Limits};
 
 use crate::args::names;
 use crate::failure::Failure;
-use crate::table::{format_four_digits, format_significant_digits};
+use crate::numbers::{format_four_digits, format_significant_digits};
 
 /// A picture of a comparison, with the standard errors of its pixels.
 pub struct ComparisonPicture {

@@ -3,7 +3,8 @@
 use raywright_core::metrics::{Comparison, WorstPixel};
 use raywright_core::picture::{DataWindow, Encoding};
 
-use crate::table::{format_columns, format_four_digits};
+use crate::numbers::format_four_digits;
+use crate::table::format_columns;
 
 /// Formats the table of a comparison. Rows without text are left out. The texts of three rows are
 /// given: the data windows, the display settings, and the result of the test for noise.

@@ -15,26 +15,21 @@ use raywright_core::{
 use raywright_io::{AnimationInfo, ExtensionInfo, LoadedScene, SceneFormat, SceneNotation};
 
 use crate::args::InfoArgs;
-use crate::console::{self, Verbosity};
+use crate::console;
 use crate::failure::Failure;
-use crate::memory;
-use crate::notes::Notes;
+use crate::numbers::{format_count, format_four_digits, format_memory_parts};
 use crate::plan;
-use crate::scene_input;
-use crate::table::{format_columns, format_four_digits};
+use crate::session::Session;
+use crate::table::format_columns;
 
 /// Runs `info`: prints the contents of a file as a table or as JSON.
-pub fn run(args: &InfoArgs, verbosity: Verbosity) -> Result<(), Failure> {
+pub fn run(mut session: Session, args: &InfoArgs) -> Result<(), Failure> {
     if picture::is_picture_or_film(Path::new(&args.scene)) {
         return picture::run(Path::new(&args.scene), args.json);
     }
-    let mut notes = Notes::new(verbosity);
-    let loaded = scene_input::load_with_notes(
-        &args.scene,
-        &plan::build_load_options(&args.changes, None),
-        &mut notes,
-    )?;
-    notes.print_kept_messages();
+    let options = plan::build_load_options(&args.changes, None);
+    let loaded = session.load(&args.scene, &options)?;
+    session.notes.print_kept_messages();
     console::print(if args.json {
         console::format_json(&json::FileInfo::from_loaded(&loaded))
     } else {
@@ -82,7 +77,7 @@ fn format_table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
                     .map(|material| material_model_kind(&material.model)),
             ),
         ),
-        ("textures", format_count(scene.textures.len())),
+        ("textures", format_nonzero(scene.textures.len())),
         ("images", list_images(scene)),
         ("scenes", format_indexed_names(&loaded.contents.scenes)),
         (
@@ -130,9 +125,7 @@ fn format_bounds_and_memory(scene: &Scene) -> [(&'static str, String); 2] {
         ("bounds", box_around + &unbounded_text),
         (
             "memory",
-            memory::format_memory_parts(
-                &estimate_scene_memory(scene, &settings).bytes_by_purpose(),
-            ),
+            format_memory_parts(&estimate_scene_memory(scene, &settings).bytes_by_purpose()),
         ),
     ]
 }
@@ -163,7 +156,7 @@ fn describe_render_size(scene: &Scene) -> String {
 }
 
 /// Formats a count; empty for zero, because rows without text are left out of the table.
-fn format_count(n: usize) -> String {
+fn format_nonzero(n: usize) -> String {
     if n == 0 { String::new() } else { n.to_string() }
 }
 
@@ -214,7 +207,7 @@ fn format_named_count<'a>(names: impl Iterator<Item = &'a str>) -> String {
             .map(|&name| name.to_owned()),
     );
     if given.is_empty() {
-        format_count(names.len())
+        format_nonzero(names.len())
     } else {
         format!("{}: {given}", names.len())
     }
@@ -327,13 +320,13 @@ fn describe_triangles(scene: &Scene) -> String {
         });
     match (meshes.len(), shown.sum::<usize>()) {
         (0, _) => String::new(),
-        (n, shown) if shown == stored => {
-            format!("{stored} in {n} {}", if n == 1 { "mesh" } else { "meshes" })
+        (n, shown) => {
+            let instances = match shown == stored {
+                true => String::new(),
+                false => format!(", {shown} shown when each instance is counted"),
+            };
+            format!("{stored} in {}{instances}", format_count(n, "mesh"))
         }
-        (n, shown) => format!(
-            "{stored} in {n} {}, {shown} shown when each instance is counted",
-            if n == 1 { "mesh" } else { "meshes" }
-        ),
     }
 }
 

@@ -20,15 +20,14 @@ use raywright_core::{ReadyScene, RenderOutput};
 use raywright_io::output::{PictureFormat, PictureMetadata, pixel_hash};
 use raywright_io::{Error, LoadOptions, LoadedScene};
 
-use crate::clock::StageClock;
 use crate::console;
-use crate::early_stage::EarlyStageGuard;
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::plan::{PicturePlan, RenderTask};
+use crate::session::Session;
 use crate::targets::{OutputFiles, OutputTarget};
 use crate::{origin, scene_input};
-use film::FilmSession;
+use film::FilmRender;
 use live::LivePreviews;
 pub use series::run;
 
@@ -52,14 +51,14 @@ fn select_reported_error<'a>(
 /// `--no-metadata`.
 fn picture_metadata(
     task: &RenderTask,
-    session: &FilmSession,
+    film_render: &FilmRender,
     rendered: &RenderOutput,
     noisy: Option<&Uncertainty>,
 ) -> PictureMetadata {
     match task.has_metadata {
         true => PictureMetadata {
-            error: origin::format_error_metadata(noisy, rendered, session.film()),
-            ..session.metadata().clone()
+            error: origin::format_error_metadata(noisy, rendered, film_render.film()),
+            ..film_render.metadata().clone()
         },
         false => PictureMetadata::default(),
     }
@@ -100,14 +99,14 @@ fn default_picture_format(task: &RenderTask) -> PictureFormat {
     }
 }
 
-/// Starts the render session of a picture, with its film and its live previews. `label` is the
+/// Starts the render of a picture, with its film and its live previews. `label` is the
 /// suffix of the picture's name.
-fn start_session<'a>(
+fn start_film_render<'a>(
     task: &'a RenderTask,
     options: &LoadOptions,
     (loaded, ready): (&LoadedScene, &ReadyScene),
     (plan, label): (&PicturePlan, &str),
-) -> Result<FilmSession<'a>, Failure> {
+) -> Result<FilmRender<'a>, Failure> {
     let stem = &loaded.source.stem;
     let name = if label.is_empty() {
         stem.clone()
@@ -117,7 +116,7 @@ fn start_session<'a>(
     let identity = origin::format_scene_identity(loaded, options, &task.choices);
     let metadata = origin::picture_metadata(loaded, plan, &task.choices);
     let onlookers = LivePreviews::from_task(task, &name)?;
-    Ok(FilmSession::start(task, ready, identity, metadata, plan.display)?.with_previews(onlookers))
+    Ok(FilmRender::start(task, ready, identity, metadata, plan.display)?.with_previews(onlookers))
 }
 
 /// Records the notes and warnings about a prepared scene, before its render.
@@ -304,33 +303,32 @@ fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<()
 /// Starts the early stage of a run (loading and preparation). The time budget and the memory limit
 /// may end the program in this stage. In a run of several scenes the memory limit does not end the
 /// program, because a single large scene must not prevent the render of the others.
-fn start_early_stage(task: &RenderTask, clock: &StageClock) -> Result<EarlyStageGuard, Failure> {
-    let time = task.budget.map(|budget| (clock.start_time(), budget));
+fn start_early_stage(task: &RenderTask, session: &mut Session) -> Result<(), Failure> {
     let memory = if task.scenes.len() > 1 {
         u64::MAX
     } else {
         task.options.limits.memory_bytes
     };
-    EarlyStageGuard::start(&task.scenes[0], memory, time)
+    session.start_limited_stage(&task.scenes[0], memory, task.budget)
 }
 
 /// Formats size, samples and estimated error of a picture for the final message.
 fn describe_picture(
     task: &RenderTask,
     settings: &Settings,
-    session: &FilmSession,
+    film_render: &FilmRender,
     rendered: &RenderOutput,
     noisy: Option<&Uncertainty>,
     notes: &mut Notes,
 ) -> String {
-    let error = messages::report_error(noisy, session.film(), rendered, task.max_error, notes);
+    let error = messages::report_error(noisy, film_render.film(), rendered, task.max_error, notes);
     let error = error.map(|error| format!(", {error}")).unwrap_or_default();
-    format_size_and_samples(settings, session) + &error
+    format_size_and_samples(settings, film_render) + &error
 }
 
-fn format_size_and_samples(settings: &Settings, session: &FilmSession) -> String {
+fn format_size_and_samples(settings: &Settings, film_render: &FilmRender) -> String {
     let [width, height] = settings
         .crop
         .map_or(settings.size, |crop| [crop.width, crop.height]);
-    format!("{width}x{height}, {}", session.format_samples())
+    format!("{width}x{height}, {}", film_render.format_samples())
 }

@@ -9,7 +9,7 @@ use std::time::Instant;
 use raywright_core::stability::{
     CaseCost, HardCase, Measurement, hard_cases, measure_case, time_case_formulas,
 };
-use raywright_io::{Error, output};
+use raywright_io::Error;
 use serde::Serialize;
 
 use crate::args::StabilityArgs;
@@ -17,7 +17,7 @@ use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::machine::processor_name;
 use crate::progress::StepProgress;
-use crate::targets::OutputFiles;
+use crate::session::Session;
 
 /// Result of a numerically hard case in one setting: a precision, and a kernel (the instruction set
 /// of the traversal code).
@@ -110,16 +110,16 @@ fn select_format(path: &Path) -> Result<fn(&StabilityReport) -> String, Failure>
 /// Runs `stability`: measures, writes the requested file, and prints a table or JSON.
 ///
 /// Fails if a case has more wrong results than the list states, or any with `--strict`.
-pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
+pub fn run(mut session: Session, args: &StabilityArgs) -> Result<(), Failure> {
     let target = args.output.as_ref();
     let format = target.map(|path| select_format(path)).transpose()?;
     if let Some(path) = target {
-        OutputFiles::default().add_output(path, "-o")?;
+        session.outputs.add_output(path, "-o")?;
     }
-    let report = measure_cases(args, select_cases(&args.cases)?, verbosity);
+    let cases = select_cases(&args.cases)?;
+    let report = session.run(|| measure_cases(args, cases, session.verbosity));
     if let (Some(path), Some(format)) = (target, format) {
-        output::write_atomically(path, format(&report).as_bytes())?;
-        verbosity.print_result_message(path.display());
+        session.write_report(path, &format(&report))?;
     }
     console::print(if args.json {
         console::format_json(&report)

@@ -3,10 +3,10 @@
 use raywright_io::report::{ErrorMarginPlot, ErrorMarginRow, ThemeColour, html_document};
 
 use super::text::{
-    COLUMN_LEGEND, build_page_table, filter_by_precision, format_notes, format_percent,
-    group_by_case,
+    COLUMN_LEGEND, build_page_table, filter_by_precision, format_notes, group_by_case,
 };
 use super::{HardCaseResult, StabilityReport};
+use crate::numbers::format_percent;
 use crate::origin::command_line;
 
 const TITLE: &str = "Margins of the hard cases: error bound over worst error";

@@ -4,11 +4,8 @@ use core::cmp::Ordering;
 
 use super::{FormulaCost, HardCaseResult, StabilityReport};
 use crate::console;
-use crate::table::{ColumnAlignment, Table, TableRow, format_significant_digits};
-
-pub(super) fn format_percent(share: f64) -> String {
-    format!("{} %", format_significant_digits(100.0 * share, 3))
-}
+use crate::numbers::{format_percent, format_significant_digits};
+use crate::table::{ColumnAlignment, Table, TableRow};
 
 /// Formats the additional time of the library's formula with its spread, in nanoseconds.
 fn format_extra_time(price: &FormulaCost) -> String {

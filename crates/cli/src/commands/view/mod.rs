@@ -21,10 +21,11 @@ use std::sync::Arc;
 use std::thread;
 
 use crate::args::ViewerArgs;
-use crate::console::{self, Verbosity};
+use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::threads::{Threads, thread_start_failure};
-use crate::{command_words, interrupt, origin, scene_input};
+use crate::session::Session;
+use crate::threads::thread_start_failure;
+use crate::{command_words, origin, scene_input};
 use flags::ViewCommand;
 use server::ViewServer;
 use shared::{SharedView, ViewRequest};
@@ -32,7 +33,7 @@ use worker::ViewWorker;
 
 /// Runs `view`: serves the page until it has been closed for the time of `--linger`, or until
 /// Ctrl-C.
-pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
+pub fn run(mut session: Session, args: ViewerArgs) -> Result<(), Failure> {
     let scene = match args.render.scenes.as_slice() {
         [] => scene_input::default_scene_name()?,
         [scene] if scene == "-" => {
@@ -47,10 +48,6 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
                 .with_hint("start a viewer for each scene"));
         }
     };
-    let (stop, threads) = (
-        interrupt::install_stop_flag()?,
-        Threads::within_machine(args.render.machine.threads, verbosity)?,
-    );
     let (command, flags) = ViewCommand::from_command_line(
         scene.clone(),
         command_words::insert_command(origin::run_arguments().to_vec()),
@@ -60,7 +57,10 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
         flags,
         ..ViewRequest::default()
     });
-    let mut worker = ViewWorker::new(scene, command, shared.clone(), threads, stop);
+    let verbosity = session.verbosity;
+    // The worker begins a stage of its own with each load.
+    session.end_early_stage();
+    let mut worker = ViewWorker::new(scene, command, shared.clone(), session);
     worker.watches_files = args.watch;
     worker.linger = (!args.keep).then_some(args.linger);
     worker.load_and_preview_scene()?;

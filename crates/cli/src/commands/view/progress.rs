@@ -46,11 +46,11 @@ pub struct RequestObserver<'a> {
 }
 
 impl<'a> RequestObserver<'a> {
-    /// Creates an observer that stops the work in three cases: `stop` is set, a job of the page
+    /// Creates an observer that stops the work in three cases: `watch` does, a job of the page
     /// waits, or a request of the page has a number above `wish`.
-    pub fn new(shared: &'a SharedView, stop: &'a AtomicBool, wish: Option<u64>) -> Self {
+    pub fn new(shared: &'a SharedView, watch: RunObserver<'a>, wish: Option<u64>) -> Self {
         Self {
-            watch: RunObserver::with_stop_flag(stop),
+            watch,
             shared,
             request: wish,
             total: AtomicU64::new(0),

@@ -5,7 +5,6 @@ use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
 
 use raywright_core::framing::Silhouette;
@@ -52,15 +51,14 @@ pub struct ViewedScene {
 
 impl ViewedScene {
     /// Loads and prepares a scene.
-    pub fn load(name: &OsStr, task: RenderTask, stop: &AtomicBool) -> Result<Self, Failure> {
+    pub fn load(name: &OsStr, task: RenderTask, watch: &RunObserver<'_>) -> Result<Self, Failure> {
         refuse_file_flags(&task)?;
         let limits = &task.options.limits;
         let _beginning = EarlyStageGuard::start(name, limits.memory_bytes, None)?;
-        let watch = RunObserver::with_stop_flag(stop);
         let mut loaded = scene_input::load_with_observer(
             &scene_input::resolve_input(name, limits)?,
             &task.options,
-            &watch,
+            watch,
         )?;
         if let Some(failure) =
             scene_input::empty_scene_failure(&loaded).filter(|_| task.refuses_empty_pictures())
@@ -69,9 +67,9 @@ impl ViewedScene {
         }
         let silhouette = OnceCell::new();
         let mut plan = task.resolve_shot(&mut loaded.scene, &task.shots[0], &silhouette)?;
-        let mut ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
+        let mut ready = prepare_loaded(&loaded, &plan.settings, watch)?;
         let requested = (plan.display, plan.requested_exposure);
-        let exposure = choose_exposure(&loaded, &ready, requested, &watch);
+        let exposure = choose_exposure(&loaded, &ready, requested, watch);
         plan.apply_exposure(exposure, &mut ready);
         let bounds = measure_scene_extent(&loaded.scene, plan.settings.precision).bounds;
         let reach = if bounds.is_empty() {
@@ -96,11 +94,11 @@ impl ViewedScene {
         &mut self,
         name: &OsStr,
         task: RenderTask,
-        stop: &AtomicBool,
+        watch: &RunObserver<'_>,
     ) -> Result<SceneChange, Failure> {
         refuse_file_flags(&task)?;
         if task.options != self.task.options || chosen_rungs(&task) != chosen_rungs(&self.task) {
-            *self = Self::load(name, task, stop)?;
+            *self = Self::load(name, task, watch)?;
             return Ok(SceneChange::Reading);
         }
         let mut plan =
@@ -120,18 +118,13 @@ impl ViewedScene {
             _ => {
                 let _beginning =
                     EarlyStageGuard::start(name, task.options.limits.memory_bytes, None)?;
-                self.ready = prepare_loaded(
-                    &self.loaded,
-                    &plan.settings,
-                    &RunObserver::with_stop_flag(stop),
-                )?;
+                self.ready = prepare_loaded(&self.loaded, &plan.settings, watch)?;
                 SceneChange::Preparation
             }
         };
         let requested = (plan.display, plan.requested_exposure);
         if change != SceneChange::Camera || requested.1 != self.plan.requested_exposure {
-            let watch = RunObserver::with_stop_flag(stop);
-            self.exposure = choose_exposure(&self.loaded, &self.ready, requested, &watch);
+            self.exposure = choose_exposure(&self.loaded, &self.ready, requested, watch);
         }
         plan.apply_exposure(self.exposure, &mut self.ready);
         (self.plan, self.task) = (plan, task);

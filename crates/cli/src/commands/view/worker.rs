@@ -8,7 +8,6 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::mem;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use raywright_core::settings::Aov;
@@ -18,9 +17,9 @@ use super::layers;
 use super::progress::{LiveRender, PreviewSpeed, RequestObserver};
 use super::shared::{SharedView, ViewRequest};
 use super::viewed_scene::{FileStamps, SceneChange, ViewedScene};
-use crate::clock::format_duration;
 use crate::failure::Failure;
-use crate::threads::Threads;
+use crate::numbers::format_duration;
+use crate::session::Session;
 
 /// Interval between checks for changed files and for open pages.
 const CHECK_INTERVAL: Duration = Duration::from_millis(300);
@@ -30,8 +29,7 @@ pub struct ViewWorker {
     pub scene: OsString,
     pub command: ViewCommand,
     pub shared: Arc<SharedView>,
-    pub threads: Threads,
-    pub stop: &'static AtomicBool,
+    pub session: Session,
     /// Whether the scene is rendered again when its files change.
     pub watches_files: bool,
     /// Time without an open page after which the program ends; `None`: never.
@@ -61,15 +59,13 @@ impl ViewWorker {
         scene: OsString,
         line: ViewCommand,
         shared: Arc<SharedView>,
-        threads: Threads,
-        stop: &'static AtomicBool,
+        session: Session,
     ) -> Self {
         Self {
             scene,
             command: line,
             shared,
-            threads,
-            stop,
+            session,
             watches_files: false,
             linger: None,
             view_request: Default::default(),
@@ -96,7 +92,7 @@ impl ViewWorker {
     /// Serves requests and jobs and renders, until the program is stopped or no page has been open
     /// for the time `linger`.
     pub fn run(mut self) {
-        while !self.stop.load(Ordering::Relaxed)
+        while !self.session.is_stopped()
             && !self
                 .linger
                 .is_some_and(|linger| self.shared.is_abandoned(linger))
@@ -136,11 +132,12 @@ impl ViewWorker {
             .command
             .parse_render_command(&self.view_request.1.flags)?
             .resolve_render_task()?;
-        let (scene, stop, threads) = (&self.scene, self.stop, &self.threads);
+        let (scene, session) = (&self.scene, &self.session);
+        let watch = session.observer();
         let change = match &mut self.viewed_scene {
-            Some(subject) if !anew => threads.run(|| subject.apply_task(scene, task, stop))?,
+            Some(subject) if !anew => session.run(|| subject.apply_task(scene, task, &watch))?,
             _ => {
-                self.viewed_scene = Some(threads.run(|| ViewedScene::load(scene, task, stop))?);
+                self.viewed_scene = Some(session.run(|| ViewedScene::load(scene, task, &watch))?);
                 SceneChange::Reading
             }
         };
@@ -182,10 +179,10 @@ impl ViewWorker {
             None => LiveRender::new(&subject.ready),
         };
         let layers: Vec<Aov> = self.shown_layer().into_iter().collect();
-        let watch = RequestObserver::new(&self.shared, stop, None);
+        let watch = RequestObserver::new(&self.shared, watch, None);
         let (ready, speed) = (&subject.ready, &mut self.speed);
         let (sketch, edge) =
-            threads.run(|| render.render_first_preview(ready, &layers, speed, &watch));
+            session.run(|| render.render_first_preview(ready, &layers, speed, &watch));
         if !is_same {
             render.progress.first_ms = 1000.0 * began.elapsed().as_secs_f64();
         }
@@ -193,6 +190,12 @@ impl ViewWorker {
         let frame = self.encode_frame(&sketch, edge);
         self.publish_status(Some(frame));
         Ok(())
+    }
+
+    /// Returns an observer that stops its work for a newer request or a job too.
+    fn request_observer(&self) -> RequestObserver<'_> {
+        let request = Some(self.view_request.0);
+        RequestObserver::new(&self.shared, self.session.observer(), request)
     }
 
     /// Returns the first-hit layer that the page shows in place of colours, if any.
@@ -207,12 +210,11 @@ impl ViewWorker {
         let (Some(subject), Some(mut render)) = (&self.viewed_scene, self.render.take()) else {
             return false;
         };
-        let (ready, wish, threads) = (&subject.ready, self.view_request.0, &self.threads);
-        let (shared, stop) = (&self.shared, self.stop);
-        let watch = || RequestObserver::new(shared, stop, Some(wish));
+        let (ready, session) = (&subject.ready, &self.session);
+        let watch = self.request_observer();
         // Finer previews come before the first samples of the render.
         if let Some((sketch, edge)) =
-            threads.run(|| render.render_next_preview(ready, &layers, &watch()))
+            session.run(|| render.render_next_preview(ready, &layers, &watch))
         {
             self.render = Some(render);
             let frame = self.encode_frame(&sketch, edge);
@@ -223,7 +225,8 @@ impl ViewWorker {
             self.render = Some(render);
             return false;
         }
-        let is_new = threads.run(|| render.render_slice(ready, watch()));
+        let watch = self.request_observer();
+        let is_new = session.run(|| render.render_slice(ready, watch));
         let rendered = render.rendered.take();
         self.render = Some(render);
         match rendered {

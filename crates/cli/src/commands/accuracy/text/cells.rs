@@ -3,8 +3,8 @@
 use raywright_core::accuracy::ConfidenceInterval;
 use raywright_io::report::format_uncertain;
 
-use crate::clock::format_duration;
-use crate::table::{ColumnAlignment, format_significant_digits, wrap_paragraph};
+use crate::numbers::{format_duration, format_significant_digits};
+use crate::table::{ColumnAlignment, wrap_paragraph};
 
 /// Alignment of a column of figures.
 pub const RIGHT: ColumnAlignment = ColumnAlignment::Right;

@@ -8,7 +8,8 @@ use super::cells::{
     RIGHT, format_ladder_title, format_name_list, format_precise_duration, format_rung_name,
     format_title_row, list_unmeasured_rungs,
 };
-use crate::table::{ColumnAlignment, format_aligned_columns, format_significant_digits};
+use crate::numbers::format_significant_digits;
+use crate::table::{ColumnAlignment, format_aligned_columns};
 
 /// Formats the table of ladders whose rungs (quality levels) change the time or the memory of a
 /// render, but not the picture.

@@ -5,10 +5,9 @@ use raywright_io::report::format_uncertain;
 
 use super::super::file::AccuracyDocument;
 use super::cells::{RIGHT, format_precise_duration, format_root_mean_square};
+use crate::numbers::format_significant_digits;
 use crate::scatter::draw_scatter_plot;
-use crate::table::{
-    ColumnAlignment, format_aligned_columns, format_significant_digits, wrap_paragraph,
-};
+use crate::table::{ColumnAlignment, format_aligned_columns, wrap_paragraph};
 
 /// Formats the settings on the Pareto frontier of error and time, as flags in a table and as points
 /// of a plot.

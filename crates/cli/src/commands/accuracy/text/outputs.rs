@@ -3,9 +3,8 @@
 use raywright_core::accuracy::{AccuracyReport, OutputFormatReport};
 
 use super::cells::{RIGHT, format_precise_duration, format_rung_name};
-use crate::table::{
-    ColumnAlignment, format_aligned_columns, format_significant_digits, wrap_paragraph,
-};
+use crate::numbers::format_significant_digits;
+use crate::table::{ColumnAlignment, format_aligned_columns, wrap_paragraph};
 
 /// Formats the table of output formats: size and coding time of a file, and error of its pixel
 /// values.

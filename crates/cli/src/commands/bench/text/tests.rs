@@ -1,25 +1,10 @@
 //! Tables of `bench`: rounded numbers, each in its column.
 
+use raywright_core::bench::SampleQuantiles;
+
 use super::*;
 
-/// Protects: numbers of any size are rounded to three significant digits.
-#[test]
-fn numbers_are_rounded_to_three_digits() {
-    let cases = [
-        (0.0, "0.00"),
-        (0.001_234, "0.00123"),
-        (1.2345, "1.23"),
-        (12.345, "12.3"),
-        (123.45, "123"),
-        (12_345.0, "12300"),
-    ];
-    for (x, text) in cases {
-        assert_eq!(format_three_digits(x), text);
-    }
-    assert_eq!(format_three_digits(f64::NAN), "-");
-}
-
-fn format_spread(median: f64) -> SampleQuantiles {
+fn quantiles(median: f64) -> SampleQuantiles {
     SampleQuantiles {
         median,
         lower_quartile: 0.95 * median,
@@ -30,10 +15,7 @@ fn format_spread(median: f64) -> SampleQuantiles {
 }
 
 fn cost(nanoseconds: f64, build_milliseconds: f64, bytes: usize) -> QueryCost {
-    let (nanoseconds, build_milliseconds) = (
-        format_spread(nanoseconds),
-        format_spread(build_milliseconds),
-    );
+    let (nanoseconds, build_milliseconds) = (quantiles(nanoseconds), quantiles(build_milliseconds));
     QueryCost {
         nanoseconds,
         rays: 400,
@@ -53,7 +35,7 @@ fn figures_are_in_their_columns() {
         hit_share: 0.625,
         scan: Some(cost(800.0, 1.0, 2000)),
         tree: cost(50.0, 5.0, 6 << 20),
-        ratio: Some(format_spread(16.0)),
+        ratio: Some(quantiles(16.0)),
     };
     assert_eq!(
         format_time_cells(&row),

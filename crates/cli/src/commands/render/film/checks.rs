@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use raywright_core::film::FilmMergeError;
-use raywright_io::output::PictureMetadata;
-use raywright_io::{Error, InputFiles};
+use raywright_io::output::{StoredFilm, read_film};
+use raywright_io::{Error, InputFiles, Limits};
 
 use crate::failure::Failure;
 use crate::origin;
@@ -67,16 +67,18 @@ fn refuse_flags_with_part(task: &RenderTask, targets: &[OutputTarget]) -> Result
     Ok(())
 }
 
-/// Refuses a film file of another program version, which may use other random numbers.
-pub fn refuse_other_version(path: &Path, metadata: &PictureMetadata) -> Result<(), Failure> {
-    if metadata.software == origin::SOFTWARE {
-        return Ok(());
+/// Reads a film file. Refuses the film of another program version, which may use other random
+/// numbers.
+pub fn read_own_film(path: &Path, limits: &Limits) -> Result<StoredFilm, Failure> {
+    let stored = read_film(path, limits)?;
+    let software = &stored.metadata.software;
+    if software == origin::SOFTWARE {
+        return Ok(stored);
     }
     let error = Error::invalid_input(
         path.display(),
         format_args!(
-            "the file was made by {}, and this program is {}",
-            metadata.software,
+            "the file was made by {software}, and this program is {}",
             origin::SOFTWARE
         ),
     );

@@ -5,28 +5,28 @@ mod checks;
 mod progress;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use raywright_core::ReadyScene;
 use raywright_core::display::Display;
 use raywright_core::film::{Film, FilmPart};
-use raywright_io::output::{PictureMetadata, StoredFilm, read_film, write_film};
+use raywright_io::output::{PictureMetadata, StoredFilm, write_film};
 use raywright_io::{Error, InputFiles};
 
 use super::live::LivePreviews;
 use super::write::{printable_path, with_fallback_hint, write_film_to_fallback};
 use crate::args::{PictureShare, ProgressStyle};
-use crate::clock::{StageClock, format_duration};
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
-use crate::notes::Notes;
+use crate::numbers::format_duration;
 use crate::observer::{Deadlines, RunObserver};
 use crate::origin;
 use crate::plan::RenderTask;
 use crate::progress::Progress;
+use crate::session::Session;
 use checks::wrong_film_failure;
-pub use checks::{check_film_flags, refuse_other_version};
+pub use checks::{check_film_flags, read_own_film};
 use progress::ErrorTracker;
 
 /// Least interval between checkpoints. The interval is raised to twenty times the duration of
@@ -38,7 +38,7 @@ const PROGRESS_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Render of a picture, or of a share of a picture, with its film (the samples so far), its
 /// checkpoints and its previews.
-pub struct FilmSession<'a> {
+pub struct FilmRender<'a> {
     /// Film with the samples so far, and the metadata of its file.
     kept_film: StoredFilm,
     /// Tiles and replicates of the picture that this run renders.
@@ -54,8 +54,8 @@ pub struct FilmSession<'a> {
     previews: LivePreviews,
 }
 
-impl<'a> FilmSession<'a> {
-    /// Creates the session with an empty film, or with the film of `--resume`.
+impl<'a> FilmRender<'a> {
+    /// Creates the render with an empty film, or with the film of `--resume`.
     pub fn start(
         task: &'a RenderTask,
         ready: &ReadyScene,
@@ -66,14 +66,12 @@ impl<'a> FilmSession<'a> {
         let limits = task.options.limits;
         let mut film = ready.new_film(&identity);
         if let Some(path) = &task.resume {
-            let earlier = read_film(path, &limits)?;
-            refuse_other_version(path, &earlier.metadata)?;
+            let earlier = read_own_film(path, &limits)?;
             film.continue_from(earlier.film)
                 .map_err(|error| wrong_film_failure(path, error))?;
         }
         if let Some(path) = &task.replay {
-            let map = read_film(path, &limits)?;
-            refuse_other_version(path, &map.metadata)?;
+            let map = read_own_film(path, &limits)?;
             film.repeat_sample_counts(&map.film)
                 .map_err(|error| wrong_film_failure(path, error))?;
         }
@@ -123,11 +121,12 @@ impl<'a> FilmSession<'a> {
         &mut self,
         ready: &ReadyScene,
         progress: &Progress,
-        (clock, stop): (&StageClock, &AtomicBool),
+        session: &Session,
     ) -> Result<(), Failure> {
-        let deadline = self.task.budget.map(|budget| clock.start_time() + budget);
+        let (start, verbosity) = (session.start_time(), session.verbosity);
+        let deadline = self.task.budget.map(|budget| start + budget);
         let prints_progress =
-            self.task.progress == ProgressStyle::Json && self.task.verbosity > Verbosity::Quiet;
+            self.task.progress == ProgressStyle::Json && verbosity > Verbosity::Quiet;
         let (mut checkpoint_interval, mut last_checkpoint, mut last_progress) =
             (CHECKPOINT_INTERVAL, Instant::now(), Instant::now());
         let mut error = ErrorTracker::default();
@@ -148,8 +147,8 @@ impl<'a> FilmSession<'a> {
             let watch = RunObserver {
                 progress: Some(progress),
                 deadlines,
-                start: clock.start_time(),
-                ..RunObserver::with_stop_flag(stop)
+                start,
+                ..session.observer()
             };
             let rendered = ready.render_part(&mut self.kept_film.film, &self.part, &watch);
             rendered.map_err(Error::invalid_usage)?;
@@ -161,10 +160,10 @@ impl<'a> FilmSession<'a> {
                 console::print_message(self.format_progress_line(progress, error));
                 last_progress = Instant::now();
             }
-            self.update_previews(&watch, ends);
+            self.update_previews(&watch, ends, verbosity);
             if ends || checkpoint_at.is_some_and(|checkpoint_at| Instant::now() >= checkpoint_at) {
                 let began = Instant::now();
-                self.write_checkpoint();
+                self.write_checkpoint(verbosity);
                 checkpoint_interval = CHECKPOINT_INTERVAL.max(20 * began.elapsed());
                 last_checkpoint = Instant::now();
             }
@@ -176,7 +175,7 @@ impl<'a> FilmSession<'a> {
 
     /// Updates the live previews if their next update is due or the render ends. A failed preview
     /// gives a warning and does not end the render.
-    fn update_previews(&mut self, watch: &RunObserver<'_>, ends: bool) {
+    fn update_previews(&mut self, watch: &RunObserver<'_>, ends: bool, verbosity: Verbosity) {
         let StoredFilm {
             film,
             metadata,
@@ -200,16 +199,14 @@ impl<'a> FilmSession<'a> {
             self.previews
                 .update_previews(film, (done, watch), (*display, metadata))
         {
-            self.task
-                .verbosity
-                .print_warning(format_args!("{failed}; the render continues"));
+            verbosity.print_warning(format_args!("{failed}; the render continues"));
         }
     }
 
     /// Writes the film to the file of `--checkpoint`. Of successive failures during the render, the
     /// first gives a warning. The next checkpoint is written even after a failure, because the disk
     /// may have room by then.
-    fn write_checkpoint(&mut self) {
+    fn write_checkpoint(&mut self, verbosity: Verbosity) {
         let Some(path) = &self.task.checkpoint else {
             return;
         };
@@ -220,7 +217,7 @@ impl<'a> FilmSession<'a> {
             .as_ref()
             .filter(|_| !self.is_done && self.checkpoint_error.is_none())
         {
-            self.task.verbosity.print_warning(format_args!(
+            verbosity.print_warning(format_args!(
                 "the render continues, but the checkpoint could not be written: {}",
                 error.message()
             ));
@@ -245,14 +242,15 @@ impl<'a> FilmSession<'a> {
 
     /// Adds a note if the run took more than 1.1 times its budget: the budget was too small for the
     /// first pass over the picture.
-    pub fn note_exceeded_budget(&self, clock: &StageClock, notes: &mut Notes) {
+    pub fn note_exceeded_budget(&self, session: &mut Session) {
+        let taken = session.clock.total_seconds();
         if let Some(budget) = self.task.budget.map(|budget| budget.as_secs_f64())
-            && clock.total_seconds() > 1.1 * budget
+            && taken > 1.1 * budget
         {
-            notes.add_hint(format!(
+            session.notes.add_hint(format!(
                 "the budget of {} is too short for the first pass over the picture, which ended after {}; give a larger --budget or a smaller --size",
                 format_duration(budget),
-                format_duration(clock.total_seconds())
+                format_duration(taken)
             ));
         }
     }

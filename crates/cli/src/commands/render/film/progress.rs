@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use raywright_core::film::{Film, Uncertainty};
 use serde::Serialize;
 
-use super::FilmSession;
+use super::FilmRender;
 use crate::progress::Progress;
 
 /// Shortest interval between error estimates, as a multiple of the duration of the last estimate.
@@ -67,7 +67,7 @@ struct ProgressLine {
     seconds_left: Option<f64>,
 }
 
-impl FilmSession<'_> {
+impl FilmRender<'_> {
     /// Formats the progress as a line of JSON for `--progress json`.
     pub(super) fn format_progress_line(
         &self,

@@ -2,11 +2,11 @@
 
 use raywright_core::RenderOutput;
 use raywright_core::denoise::FEWEST_SAMPLES;
-use raywright_core::film::{ErrorEstimate, EstimateDoubt, Film, Uncertainty};
+use raywright_core::film::{EstimateDoubt, Film, Uncertainty};
 use raywright_core::settings::Settings;
 
 use crate::notes::Notes;
-use crate::table::format_significant_digits;
+use crate::numbers::{format_estimate, format_rough_estimate, format_significant_digits};
 
 /// Formats the estimated error of a picture for the final message: `error 0.05 (0.04 to 0.06)`.
 /// Reasons to doubt the estimate become notes, and verbose runs print all measures. `requested` is
@@ -33,17 +33,22 @@ pub fn report_error(
         .map(|requested| format!(", below the requested {requested}"))
         .unwrap_or_default();
     let phrase = match noisy.doubt {
-        None => format!("error {}", format_with_interval(noisy.root_relmse)),
+        None => format!("error {}", format_estimate(noisy.root_relmse)),
         Some(EstimateDoubt::NearlyBlack) => {
             format!(
                 "error not known: {}",
                 unknown_error_reason(EstimateDoubt::NearlyBlack)
             )
         }
-        Some(EstimateDoubt::FewSamples) => format!("error {}", format_about(noisy.root_relmse)),
+        Some(EstimateDoubt::FewSamples) => {
+            format!("error {}", format_rough_estimate(noisy.root_relmse))
+        }
         Some(
             EstimateDoubt::FewPixels | EstimateDoubt::WideInterval | EstimateDoubt::LightByChance,
-        ) => format!("not converged, error {}", format_about(noisy.root_relmse)),
+        ) => format!(
+            "not converged, error {}",
+            format_rough_estimate(noisy.root_relmse)
+        ),
     };
     match noisy.doubt {
         None | Some(EstimateDoubt::FewSamples) => {}
@@ -132,32 +137,9 @@ pub fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &mut Note
 fn format_error_measures(of: &Uncertainty) -> String {
     format!(
         "root relMSE {}, RMSE {}",
-        format_with_interval(of.root_relmse),
-        format_with_interval(of.rmse)
+        format_estimate(of.root_relmse),
+        format_estimate(of.rmse)
     )
-}
-
-fn format_with_interval(estimate: ErrorEstimate) -> String {
-    if estimate.is_meaningless() {
-        return "not known".to_owned();
-    }
-    if estimate.value == 0.0 && estimate.high > 0.0 {
-        return format!("at most {}", format_significant_digits(estimate.high, 3));
-    }
-    format!(
-        "{} ({} to {})",
-        format_significant_digits(estimate.value, 3),
-        format_significant_digits(estimate.low, 3),
-        format_significant_digits(estimate.high, 3)
-    )
-}
-
-/// Formats an estimate without its interval.
-fn format_about(estimate: ErrorEstimate) -> String {
-    if estimate.is_meaningless() {
-        return "not known".to_owned();
-    }
-    format!("about {}", format_significant_digits(estimate.value, 2))
 }
 
 /// Describes why a picture has no reliable error estimate.
@@ -191,7 +173,7 @@ fn report_denoised_error(rendered: &RenderOutput, notes: &mut Notes) -> Option<S
     let root_relmse = denoised.error.root_relmse;
     let (error, figures) = match denoised.error.doubt {
         None => (
-            format!("error {}", format_with_interval(root_relmse)),
+            format!("error {}", format_estimate(root_relmse)),
             format_error_measures(&denoised.error),
         ),
         Some(EstimateDoubt::WideInterval) if !root_relmse.is_meaningless() => {
@@ -214,29 +196,4 @@ fn report_denoised_error(rendered: &RenderOutput, notes: &mut Notes) -> Option<S
     };
     notes.print_detail(format_args!("denoised (biased): {figures}; {light}"));
     Some(format!("denoised (biased), {error}"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Protects: a mean square error whose estimate is below zero is shown as its upper bound, not
-    /// as zero.
-    #[test]
-    fn an_error_of_nothing_is_a_bound() {
-        let value_of = |value: f64, low: f64, high: f64| {
-            format_with_interval(ErrorEstimate {
-                value,
-                low,
-                high,
-                carriers: 100.0,
-            })
-        };
-        assert_eq!(value_of(0.05, 0.01, 0.0712), "0.05 (0.01 to 0.0712)");
-        assert_eq!(value_of(0.0, 0.0, 0.0712), "at most 0.0712");
-        assert_eq!(value_of(0.0, 0.0, 0.0), "0 (0 to 0)");
-        // An interval of twenty powers of ten says nothing.
-        assert_eq!(value_of(2.6e-4, 7e-11, 1e9), "not known");
-        assert_eq!(value_of(0.0, 0.0, f64::INFINITY), "not known");
-    }
 }

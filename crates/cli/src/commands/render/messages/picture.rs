@@ -10,12 +10,13 @@ use raywright_io::{LoadedScene, Warning, WarningCode};
 
 use super::names::{light_name, object_name};
 use crate::args::ExposureChoice;
-use crate::clock::{StageSeconds, format_duration};
+use crate::clock::StageSeconds;
 use crate::notes::Notes;
+use crate::numbers::{format_duration, format_memory_parts, format_significant_digits};
+use crate::origin;
 use crate::plan::{ChosenExposure, PicturePlan};
-use crate::table::{format_columns, format_significant_digits};
+use crate::table::format_columns;
 use crate::targets::OutputTarget;
-use crate::{memory, origin};
 
 /// Warns of samples and rays that the picture lacks, and returns the warnings for the statistics.
 pub fn note_lost_samples(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
@@ -206,7 +207,7 @@ pub fn format_details(
         ),
         (
             "memory",
-            memory::format_memory_parts(&ready.memory().bytes_by_purpose()),
+            format_memory_parts(&ready.memory().bytes_by_purpose()),
         ),
         (
             "method",

@@ -7,7 +7,7 @@ use raywright_io::{LoadedScene, Warning, WarningCode};
 
 use super::names::{light_name, object_name};
 use crate::notes::Notes;
-use crate::table::format_significant_digits;
+use crate::numbers::format_significant_digits;
 
 /// Warns of pairs of transparent bodies so close together that light passes from one body into the
 /// other without crossing the gap, and of partly transparent surfaces in one place.

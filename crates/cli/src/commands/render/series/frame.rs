@@ -8,7 +8,7 @@ use raywright_core::{ReadyScene, RenderOutput};
 use raywright_io::LoadedScene;
 use raywright_io::output::{PictureMetadata, write_atomically};
 
-use super::super::film::FilmSession;
+use super::super::film::FilmRender;
 use super::super::{self as render, ALLOW_EMPTY, messages, write};
 use super::PictureSeries;
 use super::scene_at_time::SceneAtTime;
@@ -16,8 +16,6 @@ use crate::clock::StageSeconds;
 use crate::commands::denoise;
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::notes::Notes;
-use crate::observer::RunObserver;
 use crate::plan::{PicturePlan, Shot, choose_exposure};
 use crate::scene_input;
 use crate::stats::RenderStats;
@@ -29,7 +27,7 @@ struct RenderedFrame<'a> {
     /// Label of the picture in a contact sheet.
     caption: String,
     plan: PicturePlan,
-    session: FilmSession<'a>,
+    film_render: FilmRender<'a>,
     rendered: RenderOutput,
     /// Estimated error of the picture before denoising.
     noisy: Option<Uncertainty>,
@@ -40,7 +38,7 @@ struct RenderedFrame<'a> {
 impl RenderedFrame<'_> {
     /// Whether the render or the denoising was interrupted.
     fn is_interrupted(&self) -> bool {
-        !self.session.is_done()
+        !self.film_render.is_done()
             || matches!(self.rendered.denoised, Some(Err(DenoiseError::Cancelled)))
     }
 
@@ -61,14 +59,13 @@ impl<'a> PictureSeries<'a> {
         number: usize,
         shot: &Shot,
         moment: &mut SceneAtTime,
-        notes: &mut Notes,
     ) -> Result<(), Failure> {
         let mut plan = moment.resolve_plan(self.task, shot)?;
-        let load = self.clock.lap();
+        let load = self.session.clock.lap();
         self.prepare_picture(&plan, moment)?;
         let seconds = StageSeconds {
             load,
-            prepare: self.clock.lap(),
+            prepare: self.session.clock.lap(),
             ..StageSeconds::default()
         };
         let SceneAtTime {
@@ -81,23 +78,24 @@ impl<'a> PictureSeries<'a> {
         };
         self.backdrop = self.backdrop.or(ready.studio_backdrop_radiance());
         self.refuse_empty_view(loaded, ready, &plan)?;
-        self.expose_picture((loaded, ready), &mut plan, notes);
+        self.expose_picture((loaded, ready), &mut plan);
+        let notes = &mut self.session.notes;
         render::note_preparation(loaded, ready, &plan.settings, notes);
         render::refuse_impossible_denoising(self.task, &plan.settings, ready, notes)?;
-        let session = render::start_session(
+        let film_render = render::start_film_render(
             self.task,
             &self.shot_load_options(shot),
             (loaded, ready),
             (&plan, &shot.label),
         )?;
-        let session = self.render_film(session, ready, notes)?;
-        let (rendered, noisy) = self.develop_film(&session);
-        let [render, render_cpu] = self.clock.lap_with_cpu();
+        let film_render = self.render_film(film_render, ready)?;
+        let (rendered, noisy) = self.develop_film(&film_render);
+        let [render, render_cpu] = self.session.clock.lap_with_cpu();
         let frame = RenderedFrame {
             number,
             caption: self.format_caption(shot, &loaded.source.stem),
             plan,
-            session,
+            film_render,
             rendered,
             noisy,
             seconds: StageSeconds {
@@ -106,7 +104,7 @@ impl<'a> PictureSeries<'a> {
                 ..seconds
             },
         };
-        self.finish_frame(frame, (loaded, ready), notes)
+        self.finish_frame(frame, (loaded, ready))
     }
 
     /// Prepares the scene for a picture. An interruption keeps the unfinished sheet and animations
@@ -116,9 +114,13 @@ impl<'a> PictureSeries<'a> {
         plan: &PicturePlan,
         moment: &mut SceneAtTime,
     ) -> Result<(), Failure> {
-        match moment.prepare_picture(plan, &self.threads, self.stop) {
+        match moment.prepare_picture(plan, &self.session) {
             Err(failure) if failure.exit == Exit::Interrupted && !self.task.is_single => {
-                let is_free = |path: &Path| self.outputs.is_free_path(path, &moment.loaded.inputs);
+                let is_free = |path: &Path| {
+                    self.session
+                        .outputs
+                        .is_free_path(path, &moment.loaded.inputs)
+                };
                 Err(write::interrupted_failure(
                     self.combined_files.write_partial_files(is_free),
                     Some([self.finished, self.targets.len()]),
@@ -128,46 +130,41 @@ impl<'a> PictureSeries<'a> {
         }
     }
 
-    /// Renders the samples of a session's film, and ends the run's early stage before.
+    /// Renders the samples of a picture's film, and ends the run's early stage before.
     fn render_film(
         &mut self,
-        mut session: FilmSession<'a>,
+        mut film_render: FilmRender<'a>,
         ready: &ReadyScene,
-        notes: &mut Notes,
-    ) -> Result<FilmSession<'a>, Failure> {
-        if self.early_stage.take().is_some() {
+    ) -> Result<FilmRender<'a>, Failure> {
+        if self.session.end_early_stage() {
             self.progress.restart_clock();
         }
-        self.threads
-            .run(|| session.render(ready, &self.progress, (&self.clock, self.stop)))?;
+        let (session, progress) = (&self.session, &self.progress);
+        session.run(|| film_render.render(ready, progress, session))?;
         if self.task.is_single {
             self.progress.finish();
         }
-        session.note_exceeded_budget(&self.clock, notes);
-        Ok(session)
+        film_render.note_exceeded_budget(&mut self.session);
+        Ok(film_render)
     }
 
     /// Returns the picture of a film, denoised where requested, and its estimated error before
     /// denoising.
-    fn develop_film(&self, session: &FilmSession<'_>) -> (RenderOutput, Option<Uncertainty>) {
+    fn develop_film(&self, film_render: &FilmRender<'_>) -> (RenderOutput, Option<Uncertainty>) {
         // A run of several pictures has a single progress display, without a display for each
         // picture.
         let verbosity = if self.task.is_single {
-            self.task.verbosity
+            self.session.verbosity
         } else {
             console::Verbosity::Quiet
         };
-        let rendered = self.threads.run(|| {
-            denoise::denoise_with_progress(
-                session.film(),
-                (self.task.progress, verbosity),
-                self.stop,
-            )
-        });
-        let noisy = self
-            .threads
-            .run(|| rendered.error_before_denoising(session.film()));
-        (rendered, noisy)
+        let film = film_render.film();
+        self.session.run(|| {
+            let (display, watch) = ((self.task.progress, verbosity), self.session.observer());
+            let rendered = denoise::denoise_with_progress(film, display, watch);
+            let noisy = rendered.error_before_denoising(film);
+            (rendered, noisy)
+        })
     }
 
     /// Formats the label of a picture in a contact sheet: the caption of its shot, and in a run of
@@ -185,31 +182,33 @@ impl<'a> PictureSeries<'a> {
         &mut self,
         mut frame: RenderedFrame<'_>,
         (loaded, ready): (&mut LoadedScene, &ReadyScene),
-        notes: &mut Notes,
     ) -> Result<(), Failure> {
-        if frame.session.is_done() {
+        if frame.film_render.is_done() {
             self.refuse_empty_picture(loaded, &frame.rendered, &frame.plan)?;
         }
         let metadata = render::picture_metadata(
             self.task,
-            &frame.session,
+            &frame.film_render,
             &frame.rendered,
             frame.reported_error(self, ready),
         );
-        let is_free = |path: &Path| self.outputs.is_free_path(path, &loaded.inputs);
-        frame.session.keep_unwritten_film((&loaded.inputs, is_free));
+        let is_free = |path: &Path| self.session.outputs.is_free_path(path, &loaded.inputs);
+        frame
+            .film_render
+            .keep_unwritten_film((&loaded.inputs, is_free));
         if frame.is_interrupted() {
             return Err(self.keep_interrupted_frame(&frame, &metadata, loaded));
         }
         if let Err(failure) = self.write_frame(&frame, &metadata, loaded) {
-            return Err(failure.with_failure(frame.session.into_checkpoint_failure()));
+            return Err(failure.with_failure(frame.film_render.into_checkpoint_failure()));
         }
-        (frame.seconds.write, frame.seconds.total) = (self.clock.lap(), self.clock.total_seconds());
-        self.write_statistics(&frame, (loaded, ready), notes)?;
-        self.report_frame(&frame, (loaded, ready), notes);
+        let clock = &mut self.session.clock;
+        (frame.seconds.write, frame.seconds.total) = (clock.lap(), clock.total_seconds());
+        self.write_statistics(&frame, (loaded, ready))?;
+        self.report_frame(&frame, (loaded, ready));
         self.finished += 1;
         self.progress.finish_work_piece();
-        self.checkpoint_failure = frame.session.into_checkpoint_failure();
+        self.checkpoint_failure = frame.film_render.into_checkpoint_failure();
         Ok(())
     }
 
@@ -221,7 +220,7 @@ impl<'a> PictureSeries<'a> {
         metadata: &PictureMetadata,
         loaded: &LoadedScene,
     ) -> Failure {
-        let is_free = |path: &Path| self.outputs.is_free_path(path, &loaded.inputs);
+        let is_free = |path: &Path| self.session.outputs.is_free_path(path, &loaded.inputs);
         let own = write::write_partial_picture(
             &frame.rendered,
             &self.targets[frame.number],
@@ -230,13 +229,13 @@ impl<'a> PictureSeries<'a> {
             is_free,
         );
         let kept = own.and_then(|own| {
-            Ok(frame.session.with_checkpoint_path(
+            Ok(frame.film_render.with_checkpoint_path(
                 [own, self.combined_files.write_partial_files(is_free)?].concat(),
             ))
         });
         let of = (!self.task.is_single).then_some([self.finished, self.targets.len()]);
         frame
-            .session
+            .film_render
             .with_resume_hint(write::interrupted_failure(kept, of))
     }
 
@@ -249,7 +248,7 @@ impl<'a> PictureSeries<'a> {
         loaded: &LoadedScene,
     ) -> Result<(), Failure> {
         let (rendered, display) = (&frame.rendered, frame.plan.display);
-        let is_free = |path: &Path| self.outputs.is_free_path(path, &loaded.inputs);
+        let is_free = |path: &Path| self.session.outputs.is_free_path(path, &loaded.inputs);
         let names = write::write_targets(
             rendered,
             &self.targets[frame.number],
@@ -259,21 +258,20 @@ impl<'a> PictureSeries<'a> {
         )?;
         render::print_pixel_hash(self.task, (rendered, display), &names, &frame.caption)?;
         self.written_files
-            .push(frame.session.with_checkpoint_path(names));
+            .push(frame.film_render.with_checkpoint_path(names));
         self.combined_files
             .add_picture(rendered.final_picture(), display, &frame.caption)
     }
 
     /// Warns of samples that a picture lacks, and writes the file of `--stats` where requested.
     fn write_statistics(
-        &self,
+        &mut self,
         frame: &RenderedFrame<'_>,
         (loaded, ready): (&mut LoadedScene, &ReadyScene),
-        notes: &mut Notes,
     ) -> Result<(), Failure> {
-        loaded
-            .warnings
-            .extend(messages::note_lost_samples(&frame.rendered.counters, notes));
+        let (counters, notes) = (&frame.rendered.counters, &mut self.session.notes);
+        let lost = messages::note_lost_samples(counters, notes);
+        loaded.warnings.extend(lost);
         if let Some(path) = &self.task.stats {
             let stats =
                 RenderStats::new(loaded, ready, &frame.rendered, frame.noisy, frame.seconds);
@@ -287,24 +285,24 @@ impl<'a> PictureSeries<'a> {
         &mut self,
         frame: &RenderedFrame<'_>,
         (loaded, ready): (&LoadedScene, &ReadyScene),
-        notes: &mut Notes,
     ) {
         let RenderedFrame {
             plan,
-            session,
+            film_render,
             rendered,
             ..
         } = frame;
-        let (task, film) = (self.task, session.film());
+        let (task, film) = (self.task, film_render.film());
         let reported = frame.reported_error(self, ready);
+        let notes = &mut self.session.notes;
         render::note_picture(loaded, rendered, plan, &self.targets[frame.number], notes);
         messages::note_unreached_lights(loaded, ready, film, notes);
         if let Some(noisy) = reported {
             messages::note_denoising(noisy, &plan.settings, notes);
         }
         self.description = [
-            render::describe_picture(task, &plan.settings, session, rendered, reported, notes),
-            render::format_size_and_samples(&plan.settings, session),
+            render::describe_picture(task, &plan.settings, film_render, rendered, reported, notes),
+            render::format_size_and_samples(&plan.settings, film_render),
         ];
         self.shortfalls.extend(task.max_error.and_then(|requested| {
             messages::describe_shortfall(requested, reported, film, rendered)
@@ -358,10 +356,10 @@ impl<'a> PictureSeries<'a> {
             return Ok(());
         }
         let [width, height] = plan.settings.size;
-        let watch = RunObserver::with_stop_flag(self.stop);
+        let watch = self.session.observer();
         for edge in [width.max(height).div_ceil(COARSE_EDGE), 1] {
             let rendered = self
-                .threads
+                .session
                 .run(|| ready.render_preview(edge, SAMPLES, &[], &watch));
             let shows_object = rendered.counters.hits + rendered.counters.cut_short > 0;
             if shows_object || !rendered.finished {
@@ -379,14 +377,14 @@ impl<'a> PictureSeries<'a> {
         &mut self,
         (loaded, ready): (&LoadedScene, &mut ReadyScene),
         plan: &mut PicturePlan,
-        notes: &mut Notes,
     ) {
         let requested = (plan.display, plan.requested_exposure);
-        let watch = RunObserver::with_stop_flag(self.stop);
+        let watch = self.session.observer();
         let choose = || choose_exposure(loaded, ready, requested, &watch);
-        let chosen = self.exposure.unwrap_or_else(|| self.threads.run(choose));
+        let chosen = self.exposure.unwrap_or_else(|| self.session.run(choose));
         self.exposure = Some(chosen);
         plan.apply_exposure(chosen, ready);
+        let notes = &mut self.session.notes;
         messages::note_chosen_exposure(chosen, notes);
         messages::note_stray_parts(plan, notes);
     }

@@ -9,10 +9,8 @@ use raywright_io::{Input, InputFiles, LoadOptions, LoadedScene};
 use super::super::ALLOW_EMPTY;
 use super::PictureSeries;
 use super::scene_at_time::SceneAtTime;
-use crate::early_stage::EarlyStageGuard;
 use crate::failure::Failure;
-use crate::notes::Notes;
-use crate::plan::{RenderTask, Shot};
+use crate::plan::Shot;
 use crate::progress::Progress;
 use crate::scene_input;
 
@@ -40,15 +38,15 @@ impl PictureSeries<'_> {
                 input_paths.record_read(path)
             }
         });
-        self.outputs.check_against_inputs(&input_paths)?;
-        if !self.outputs.has_existing_file() {
+        self.session.outputs.check_against_inputs(&input_paths)?;
+        if !self.session.outputs.has_existing_file() {
             return Ok(());
         }
         let mut bytes = 0;
         for scene in 1..self.inputs.len() {
             let loaded = self.load_scene(scene, &self.task.shots[0]);
             if let Ok(loaded) = &loaded {
-                self.outputs.check_against_inputs(&loaded.inputs)?;
+                self.session.outputs.check_against_inputs(&loaded.inputs)?;
                 bytes += estimate_scene_bytes(&loaded.scene);
             }
             if bytes <= MOST_KEPT_BYTES {
@@ -67,30 +65,27 @@ impl PictureSeries<'_> {
 
     /// Loads a scene at the time of a picture, with its own progress display in a run of a single
     /// picture.
-    fn load_scene(&self, scene: usize, shot: &Shot) -> Result<LoadedScene, Failure> {
-        let RenderTask {
-            is_single,
-            progress,
-            verbosity,
-            ..
-        } = *self.task;
+    fn load_scene(&mut self, scene: usize, shot: &Shot) -> Result<LoadedScene, Failure> {
         // In a run of several pictures, the progress display counts pictures and shows no loads.
-        let loading = if is_single {
-            Progress::start("loading", progress, verbosity)
+        let loading = if self.task.is_single {
+            Progress::start("loading", self.task.progress, self.session.verbosity)
         } else {
             Progress::hidden()
         };
         // A request to stop ends the program during a load, except where a sheet or an animation
         // with finished pictures is to be kept.
-        let _stage = (self.early_stage.is_none() && !self.combined_files.is_requested())
-            .then(|| EarlyStageGuard::start_unlimited(BETWEEN_PICTURES));
-        self.threads.run(|| {
-            scene_input::load_with_progress(
-                &self.inputs[scene],
-                &self.shot_load_options(shot),
-                &loading,
-            )
-        })
+        let is_between = !self.session.is_early_stage();
+        if is_between && !self.combined_files.is_requested() {
+            self.session.start_early_stage(BETWEEN_PICTURES);
+        }
+        let (input, options) = (&self.inputs[scene], self.shot_load_options(shot));
+        let loaded = self
+            .session
+            .run(|| scene_input::load_with_progress(input, &options, &loading));
+        if is_between {
+            self.session.end_early_stage();
+        }
+        loaded
     }
 
     /// Loads a scene at the time of its picture `i`, and checks that no output overwrites a file of
@@ -99,7 +94,6 @@ impl PictureSeries<'_> {
         &mut self,
         scene: usize,
         i: usize,
-        notes: &mut Notes,
     ) -> Result<SceneAtTime, Failure> {
         let early = if i == 0 {
             self.preloaded.remove(&scene)
@@ -108,16 +102,16 @@ impl PictureSeries<'_> {
         };
         let loaded = early.unwrap_or_else(|| self.load_scene(scene, &self.task.shots[i]))?;
         if self.inputs.len() > 1 && i == 0 {
-            notes.set_current_file(&loaded.source.name);
+            self.session.notes.set_current_file(&loaded.source.name);
         }
-        notes.add_scene_warnings(&loaded);
+        self.session.notes.add_scene_warnings(&loaded);
         if self.task.is_single {
             self.choose_file_names(&loaded.inputs)?;
         }
         // Outputs are checked again only for new input files: an animation loads the same files
         // thousands of times.
         if loaded.inputs != self.checked_inputs {
-            self.outputs.check_against_inputs(&loaded.inputs)?;
+            self.session.outputs.check_against_inputs(&loaded.inputs)?;
             self.checked_inputs = loaded.inputs.clone();
         }
         if let Some(failure) =
@@ -125,7 +119,7 @@ impl PictureSeries<'_> {
         {
             return Err(failure.with_hint(ALLOW_EMPTY));
         }
-        scene_input::note_added_parts(&loaded, notes);
+        scene_input::note_added_parts(&loaded, &mut self.session.notes);
         let mut loaded = loaded;
         if let Some(Sky::Studio(studio)) = &mut loaded.scene.sky {
             studio.backdrop = studio.backdrop.or(self.backdrop);

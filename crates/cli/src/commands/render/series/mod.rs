@@ -11,35 +11,31 @@ mod scene_at_time;
 
 use std::collections::HashMap;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use raywright_io::{Error, Input, InputFiles, LoadedScene};
 
 use super::{ALLOW_EMPTY, film};
-use crate::clock::{StageClock, format_duration};
 use crate::console;
-use crate::early_stage::EarlyStageGuard;
 use crate::failure::{Exit, Failure};
-use crate::notes::Notes;
+use crate::numbers::{format_duration, format_significant_digits};
 use crate::plan::{ChosenExposure, RenderTask};
 use crate::progress::Progress;
-use crate::table::format_significant_digits;
+use crate::scene_input;
+use crate::session::Session;
 use crate::targets::{OutputFiles, OutputTarget};
-use crate::threads::Threads;
-use crate::{interrupt, scene_input};
 use combined::CombinedFiles;
 use scene_at_time::SceneAtTime;
 
 /// Runs `render`: renders the scenes of a task and writes their pictures.
-pub fn run(task: &RenderTask) -> Result<(), Failure> {
-    let mut notes = Notes::new(task.verbosity);
-    let mut series = PictureSeries::start(task)?;
-    let done = series.render_all_scenes(&mut notes);
+pub fn run(session: Session, task: &RenderTask) -> Result<(), Failure> {
+    let mut series = PictureSeries::start(task, session)?;
+    let done = series.render_all_scenes();
     series.progress.finish();
-    notes.print_kept_messages();
+    series.session.notes.print_kept_messages();
+    let verbosity = series.session.verbosity;
     done?
         .iter()
-        .for_each(|line| task.verbosity.print_result_message(line));
+        .for_each(|line| verbosity.print_result_message(line));
     series.into_result()
 }
 
@@ -47,14 +43,8 @@ pub fn run(task: &RenderTask) -> Result<(), Failure> {
 /// such a series may have a film file or write to standard output.
 struct PictureSeries<'a> {
     task: &'a RenderTask,
-    clock: StageClock,
-    /// Guard of the run's early stage, loading and preparation; `None` from the start of the first
-    /// render on.
-    early_stage: Option<EarlyStageGuard>,
-    stop: &'static AtomicBool,
-    threads: Threads,
+    session: Session,
     progress: Progress,
-    outputs: OutputFiles,
     inputs: Vec<Input>,
     /// Scenes loaded before their turn, each at the time of its first picture; the key is the
     /// scene's index in the run.
@@ -91,31 +81,22 @@ struct PictureSeries<'a> {
 impl<'a> PictureSeries<'a> {
     /// Creates the series after all checks that need no loaded scene, and starts the run's early
     /// stage, loading and preparation.
-    fn start(task: &'a RenderTask) -> Result<Self, Failure> {
-        let clock = StageClock::start();
+    fn start(task: &'a RenderTask, mut session: Session) -> Result<Self, Failure> {
         let count = task.scenes.len() * task.shots.len();
-        let (outputs, targets, combined_files) = resolve_outputs(task, count)?;
-        let (stop, threads) = (
-            interrupt::install_stop_flag()?,
-            Threads::within_machine(task.threads, task.verbosity)?,
-        );
+        let (targets, combined_files) = resolve_outputs(task, count, &mut session.outputs)?;
         refuse_repeated_stdin(task)?;
-        let early_stage = Some(super::start_early_stage(task, &clock)?);
+        super::start_early_stage(task, &mut session)?;
         let inputs = task
             .scenes
             .iter()
             .map(|name| scene_input::resolve_input(name, &task.options.limits))
             .collect::<Result<Vec<_>, _>>()?;
         let progress =
-            Progress::start("rendering", task.progress, task.verbosity).with_work_pieces(count);
+            Progress::start("rendering", task.progress, session.verbosity).with_work_pieces(count);
         let mut series = Self {
             task,
-            clock,
-            early_stage,
-            stop,
-            threads,
+            session,
             progress,
-            outputs,
             inputs,
             preloaded: HashMap::new(),
             checked_inputs: InputFiles::default(),
@@ -150,7 +131,7 @@ impl<'a> PictureSeries<'a> {
                 format,
                 &self.inputs,
                 &self.task.shots,
-                (&mut self.outputs, inputs),
+                (&mut self.session.outputs, inputs),
             )?;
         }
         Ok(())
@@ -159,9 +140,9 @@ impl<'a> PictureSeries<'a> {
     /// Renders the pictures of all scenes. Returns the final message, or `None` for a picture that
     /// went to standard output alone. After the failure of a scene the next scene is rendered,
     /// except after an interruption.
-    fn render_all_scenes(&mut self, notes: &mut Notes) -> Result<Option<String>, Failure> {
+    fn render_all_scenes(&mut self) -> Result<Option<String>, Failure> {
         for scene in 0..self.inputs.len() {
-            let Err(failure) = self.render_scene(scene, notes) else {
+            let Err(failure) = self.render_scene(scene) else {
                 continue;
             };
             if failure.exit == Exit::Interrupted {
@@ -177,7 +158,11 @@ impl<'a> PictureSeries<'a> {
                 .iter()
                 .for_each(|_| self.progress.finish_work_piece());
         }
-        let is_free = |path: &Path| self.outputs.is_free_path(path, &self.checked_inputs);
+        let is_free = |path: &Path| {
+            self.session
+                .outputs
+                .is_free_path(path, &self.checked_inputs)
+        };
         let together = self
             .combined_files
             .write_all((&self.checked_inputs, is_free))?;
@@ -199,14 +184,18 @@ impl<'a> PictureSeries<'a> {
             "" => Some("nothing was written".to_owned()),
             files => Some(format!(
                 "wrote {files} ({described}, {})",
-                format_duration(self.clock.total_seconds())
+                format_duration(self.session.clock.total_seconds())
             )),
         })
     }
 
     /// Keeps the unfinished sheet and animations in files, and adds their names to the failure.
     fn with_partial_files(&mut self, failure: Failure) -> Failure {
-        let is_free = |path: &Path| self.outputs.is_free_path(path, &self.checked_inputs);
+        let is_free = |path: &Path| {
+            self.session
+                .outputs
+                .is_free_path(path, &self.checked_inputs)
+        };
         match self.combined_files.write_partial_files(is_free) {
             Ok(kept) if !kept.is_empty() => failure.with_hint(format_args!(
                 "the finished pictures are in {}",
@@ -217,24 +206,18 @@ impl<'a> PictureSeries<'a> {
     }
 
     /// Renders all pictures of the scene with index `scene`.
-    fn render_scene(&mut self, scene: usize, notes: &mut Notes) -> Result<(), Failure> {
+    fn render_scene(&mut self, scene: usize) -> Result<(), Failure> {
         let mut moment: Option<SceneAtTime> = None;
         (self.exposure, self.shows_object) = (None, false);
         for (i, shot) in self.task.shots.iter().enumerate() {
             // Only the first picture of a scene has notes, because they usually apply to all its
             // pictures.
-            let mut silent = Notes::new(console::Verbosity::Quiet);
-            let notes = if i == 0 { &mut *notes } else { &mut silent };
+            self.session.notes.set_silent(i > 0);
             let now = match moment.take() {
                 Some(moment) if shot.at.is_none() => moment,
-                _ => self.load_scene_at_time(scene, i, notes)?,
+                _ => self.load_scene_at_time(scene, i)?,
             };
-            self.render_shot(
-                scene * self.task.shots.len() + i,
-                shot,
-                moment.insert(now),
-                notes,
-            )?;
+            self.render_shot(scene * self.task.shots.len() + i, shot, moment.insert(now))?;
         }
         match moment {
             Some(moment) if !self.shows_object && self.task.refuses_empty_pictures() => {
@@ -277,28 +260,25 @@ impl<'a> PictureSeries<'a> {
     }
 }
 
-/// Resolves the output files of a run of `count` pictures: all files, the outputs of each picture,
-/// and the files that combine pictures. Refuses outputs that cannot hold the requested data.
+/// Resolves the output files of a run of `count` pictures: the outputs of each picture, and the files that combine pictures. Refuses outputs that cannot hold the requested data.
 fn resolve_outputs(
     task: &RenderTask,
     count: usize,
-) -> Result<(OutputFiles, Vec<Vec<OutputTarget>>, CombinedFiles), Failure> {
-    let mut outputs = OutputFiles::with_quality(task.jpeg_quality());
-    let targets = names::resolve_named_files(
-        &task.outputs,
-        (!task.is_single).then_some(count),
-        &mut outputs,
-    )?;
-    let combined_files = CombinedFiles::start(task, count, &mut outputs)?;
+    outputs: &mut OutputFiles,
+) -> Result<(Vec<Vec<OutputTarget>>, CombinedFiles), Failure> {
+    *outputs = OutputFiles::with_quality(task.jpeg_quality());
+    let targets =
+        names::resolve_named_files(&task.outputs, (!task.is_single).then_some(count), outputs)?;
+    let combined_files = CombinedFiles::start(task, count, outputs)?;
     if task.is_single || targets.iter().any(|targets| !targets.is_empty()) {
         targets
             .iter()
             .try_for_each(|targets| super::check_targets(task, targets))?;
     }
-    super::check_stats_target(task, &mut outputs)?;
-    super::check_preview_target(task, &mut outputs)?;
-    film::check_film_flags(task, &targets[0], &mut outputs)?;
-    Ok((outputs, targets, combined_files))
+    super::check_stats_target(task, outputs)?;
+    super::check_preview_target(task, outputs)?;
+    film::check_film_flags(task, &targets[0], outputs)?;
+    Ok((targets, combined_files))
 }
 
 /// Refuses `-` as the name of several scenes, because standard input holds a single scene.

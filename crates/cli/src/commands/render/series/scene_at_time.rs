@@ -1,17 +1,15 @@
 //! A scene at a fixed time of its animation, with the data shared by its pictures at that time.
 
 use std::cell::OnceCell;
-use std::sync::atomic::AtomicBool;
 
 use raywright_core::ReadyScene;
 use raywright_core::framing::Silhouette;
 use raywright_io::LoadedScene;
 
 use crate::failure::Failure;
-use crate::observer::RunObserver;
 use crate::plan::{PicturePlan, RenderTask, Shot};
 use crate::preparation::prepare_loaded;
-use crate::threads::Threads;
+use crate::session::Session;
 
 /// A scene at a fixed time of its animation.
 pub struct SceneAtTime {
@@ -44,21 +42,15 @@ impl SceneAtTime {
     pub fn prepare_picture(
         &mut self,
         plan: &PicturePlan,
-        threads: &Threads,
-        stop: &AtomicBool,
+        session: &Session,
     ) -> Result<(), Failure> {
         let turned = match (&mut self.ready, &plan.settings.camera) {
             (Some(ready), Some(camera)) => ready.replace_camera(&self.loaded.scene, camera),
             _ => false,
         };
         if !turned {
-            self.ready = Some(threads.run(|| {
-                prepare_loaded(
-                    &self.loaded,
-                    &plan.settings,
-                    &RunObserver::with_stop_flag(stop),
-                )
-            })?);
+            let prepare = || prepare_loaded(&self.loaded, &plan.settings, &session.observer());
+            self.ready = Some(session.run(prepare)?);
         }
         Ok(())
     }

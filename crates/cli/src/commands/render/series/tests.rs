@@ -34,12 +34,11 @@ fn scenes_are_read_once() {
         panic!("a right command line")
     };
     std::fs::write(at("0.png"), "old").expect("a file");
-    let task = RenderTask::new(*args, console::Verbosity::Quiet).expect("nothing is wrong with it");
-    let mut series = PictureSeries::start(&task).expect("nothing in the way");
+    let task = RenderTask::new(*args).expect("nothing is wrong with it");
+    let session = Session::open(None, console::Verbosity::Quiet).expect("threads");
+    let mut series = PictureSeries::start(&task, session).expect("nothing in the way");
     std::fs::remove_file(at("b.obj")).expect("a file");
-    series
-        .render_all_scenes(&mut Notes::new(console::Verbosity::Quiet))
-        .expect("pictures");
+    series.render_all_scenes().expect("pictures");
     assert!(series.failed_exits.is_empty() && std::path::Path::new(&at("1.png")).exists());
 }
 

@@ -7,7 +7,6 @@ use raywright_core::RenderOutput;
 use raywright_core::accuracy::measure_effects;
 use raywright_io::output::PictureMetadata;
 
-use super::super::progress::RequestObserver;
 use super::super::save;
 use super::super::shared::{SaveRequest, ViewJob};
 use super::ViewWorker;
@@ -68,7 +67,7 @@ impl ViewWorker {
             metadata = PictureMetadata::default();
         }
         let (display, inputs) = (subject.plan.display, &subject.loaded.inputs);
-        self.threads
+        self.session
             .run(|| save::save_picture(view_request, rendered, display, &metadata, inputs))
     }
 
@@ -79,11 +78,11 @@ impl ViewWorker {
         };
         self.message = "measuring the costs of effects".to_owned();
         self.publish_status(None);
-        let watch = RequestObserver::new(&self.shared, self.stop, Some(self.view_request.0));
+        let watch = self.request_observer();
         let mut steps = StepProgress::start(Verbosity::Quiet);
         let (scene, settings) = (&subject.loaded.scene, &subject.plan.settings);
         let measured = self
-            .threads
+            .session
             .run(|| measure_effects(scene, settings, MEASURE_TIMEOUT, &watch, &mut steps));
         self.message = match measured {
             Ok(costs) => {

@@ -48,7 +48,7 @@ impl ViewWorker {
             .map(|subject| subject.plan.display)
             .unwrap_or_default();
         let layer = self.shown_layer();
-        let codes = self.threads.run(|| match (layer, film) {
+        let codes = self.session.run(|| match (layer, film) {
             (Some(layer), _) => layers::encode_layer(picture, layer),
             (None, Some(film)) => layers::encode_errors(film, noisy),
             (None, None) => layers::encode_colours(picture, display),

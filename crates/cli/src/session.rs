@@ -1,0 +1,145 @@
+//! Session of a command: threads, signals, messages and files. Every command that reads a file opens
+//! one, so that a request to stop ends each of them in the same way.
+
+use std::ffi::OsStr;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use raywright_io::{LoadOptions, LoadedScene, output};
+
+use crate::clock::StageClock;
+use crate::console::Verbosity;
+use crate::early_stage::EarlyStageGuard;
+use crate::failure::Failure;
+use crate::notes::Notes;
+use crate::observer::RunObserver;
+use crate::preparation::NOTHING_KEPT;
+use crate::targets::OutputFiles;
+use crate::threads::Threads;
+use crate::{interrupt, scene_input};
+
+/// Threads, signals, messages and files of a running command.
+pub struct Session {
+    /// Stopwatch of the run.
+    pub clock: StageClock,
+    /// Amount of messages.
+    pub verbosity: Verbosity,
+    /// Messages in addition to the result.
+    pub notes: Notes,
+    /// Output files, which are compared with each other and with the inputs.
+    pub outputs: OutputFiles,
+    /// Flag that the first request to stop sets.
+    pub stop: &'static AtomicBool,
+    threads: Threads,
+    /// Guard of the early stage, in which a request to stop ends the program; `None` while an
+    /// observer checks for requests, and while files are written.
+    stage: Option<EarlyStageGuard>,
+}
+
+impl Session {
+    /// Installs the signal handlers, starts the threads (by default one for each processor), and
+    /// begins the early stage.
+    pub fn open(threads: Option<u32>, verbosity: Verbosity) -> Result<Self, Failure> {
+        let stop = interrupt::install_stop_flag()?;
+        Ok(Self {
+            clock: StageClock::start(),
+            verbosity,
+            notes: Notes::new(verbosity),
+            outputs: OutputFiles::default(),
+            stop,
+            threads: Threads::within_machine(threads, verbosity)?,
+            stage: Some(EarlyStageGuard::start_unlimited(NOTHING_KEPT)),
+        })
+    }
+
+    /// Runs a closure on the threads of the session, and returns its result.
+    pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.threads.run(work)
+    }
+
+    /// Begins an early stage whose message for a request to stop is `stop_message`.
+    pub fn start_early_stage(&mut self, stop_message: &'static str) {
+        // A stage ends before the next begins.
+        self.stage = None;
+        self.stage = Some(EarlyStageGuard::start_unlimited(stop_message));
+    }
+
+    /// Begins an early stage that limits of memory, in bytes, and of time end too. `time` holds the
+    /// time budget of the run.
+    pub fn start_limited_stage(
+        &mut self,
+        name: &OsStr,
+        memory: u64,
+        time: Option<Duration>,
+    ) -> Result<(), Failure> {
+        self.stage = None;
+        let time = time.map(|budget| (self.start_time(), budget));
+        self.stage = Some(EarlyStageGuard::start(name, memory, time)?);
+        Ok(())
+    }
+
+    /// Ends the early stage. Returns false if it was over.
+    pub fn end_early_stage(&mut self) -> bool {
+        self.stage.take().is_some()
+    }
+
+    /// Whether the early stage lasts.
+    pub fn is_early_stage(&self) -> bool {
+        self.stage.is_some()
+    }
+
+    /// Whether a request to stop has arrived.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Returns the time at which the run started.
+    pub fn start_time(&self) -> Instant {
+        self.clock.start_time()
+    }
+
+    /// Ends the early stage, and returns an observer that stops the following work at a request to
+    /// stop.
+    pub fn start_work(&mut self) -> RunObserver<'static> {
+        self.end_early_stage();
+        self.observer()
+    }
+
+    /// Returns an observer that stops its work at a request to stop.
+    pub fn observer(&self) -> RunObserver<'static> {
+        RunObserver::with_stop_flag(self.stop)
+    }
+
+    /// Loads a scene by its name on the command line, and records its warnings. Refuses outputs that
+    /// would overwrite a file of the scene.
+    pub fn load(&mut self, name: &OsStr, options: &LoadOptions) -> Result<LoadedScene, Failure> {
+        self.end_early_stage();
+        let Self { threads, notes, .. } = self;
+        let loaded = threads.run(|| scene_input::load_with_notes(name, options, notes))?;
+        self.start_early_stage(NOTHING_KEPT);
+        self.outputs.check_against_inputs(&loaded.inputs)?;
+        Ok(loaded)
+    }
+
+    /// Loads a scene to render, as [`Session::load`] does, and prints its warnings and a note on what
+    /// the program adds to it.
+    pub fn load_to_render(
+        &mut self,
+        name: &OsStr,
+        options: &LoadOptions,
+    ) -> Result<LoadedScene, Failure> {
+        let loaded = self.load(name, options)?;
+        scene_input::note_added_parts(&loaded, &mut self.notes);
+        self.notes.print_kept_messages();
+        Ok(loaded)
+    }
+
+    /// Writes a report to a file, and prints the name of the file.
+    pub fn write_report(&mut self, path: &Path, text: &str) -> Result<(), Failure> {
+        self.end_early_stage();
+        output::write_atomically(path, text.as_bytes())?;
+        self.verbosity.print_result_message(path.display());
+        Ok(())
+    }
+}
