@@ -53,8 +53,6 @@ use std::process::ExitCode;
 use std::sync::Once;
 use std::thread;
 
-use clap::Parser;
-
 use args::Arguments;
 use failure::{Exit, Failure};
 
@@ -113,7 +111,7 @@ pub fn main_with(words: Vec<OsString>) -> Exit {
 fn run(words: Vec<OsString>) -> Result<(), Failure> {
     // The colour is chosen before the line is parsed, because errors of parsing are coloured too.
     console::set_colour_choice(command_words::find_colour_choice(&words));
-    match Arguments::try_parse_from(command_words::insert_command(words)) {
+    match Arguments::parse_line(command_words::insert_command(words)) {
         Ok(arguments) => {
             console::set_colour_choice(arguments.messages.color);
             commands::run(arguments.command, arguments.messages.verbosity())

@@ -3,7 +3,7 @@
 
 use std::io::Read;
 use std::process::{Child, Command, Output, Stdio};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde_json::json;
 
@@ -218,6 +218,16 @@ fn waiting(sandbox: &Sandbox, words: &[&str]) -> Child {
 /// Waits until a run handles Ctrl-C; before that the signal kills the process.
 #[cfg(unix)]
 fn wait_for_handler(child: &Child) {
+    wait_for_handler_until(child, Instant::now() + PATIENCE);
+}
+
+/// Time after which a run is not waited for.
+#[cfg(unix)]
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Waits until a run handles Ctrl-C, at most until a time.
+#[cfg(unix)]
+fn wait_for_handler_until(child: &Child, deadline: Instant) {
     const INTERRUPT: u64 = 1 << 1;
     let handles = || {
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).ok()?;
@@ -226,10 +236,8 @@ fn wait_for_handler(child: &Child) {
             .find_map(|line| line.strip_prefix("SigCgt:"))?;
         Some(u64::from_str_radix(mask.trim(), 16).expect("a mask of signals") & INTERRUPT != 0)
     };
-    let pause = |milliseconds| std::thread::sleep(std::time::Duration::from_millis(milliseconds));
-    // Without that information from the system, a fixed pause is used. A run without a handler is
-    // not waited for.
-    let deadline = Instant::now() + std::time::Duration::from_secs(20);
+    let pause = |milliseconds| std::thread::sleep(Duration::from_millis(milliseconds));
+    // Without that information from the system, a fixed pause is used.
     while Instant::now() < deadline
         && !handles().unwrap_or_else(|| {
             pause(3000);
@@ -277,7 +285,7 @@ fn reading_has_all_of_the_budget() {
     use std::io::Write as _;
     let sandbox = Sandbox::new();
     let mut child = waiting(&sandbox, &["--budget", "1h", "--spp", "1", "-o", "a.png"]);
-    std::thread::sleep(std::time::Duration::from_millis(1500));
+    std::thread::sleep(Duration::from_millis(1500));
     let written = child
         .stdin
         .take()
@@ -355,7 +363,7 @@ fn every_command_is_interrupted() {
         sandbox.write("models/a.obj", &model);
         sandbox.write("big.obj", &model);
         let names = sandbox.names();
-        let start = |(words, message)| {
+        let start = |(words, message): (&'static str, &'static str)| {
             let child = sandbox
                 .command(&words.split(' ').collect::<Vec<_>>())
                 .stdin(Stdio::piped())
@@ -365,9 +373,11 @@ fn every_command_is_interrupted() {
             (words, message, child.expect("starts"))
         };
         let mut runs = LASTING.map(start);
-        runs.iter().for_each(|(.., child)| wait_for_handler(child));
+        let deadline = Instant::now() + PATIENCE;
+        runs.iter()
+            .for_each(|(.., child)| wait_for_handler_until(child, deadline));
         // The runs have begun to wait, to read or to measure.
-        std::thread::sleep(std::time::Duration::from_millis(300));
+        std::thread::sleep(Duration::from_millis(300));
         let send = |signal: &str, child: &Child| {
             let id = child.id().to_string();
             let sent = Command::new("kill").args([signal, &id]).status();
@@ -375,10 +385,10 @@ fn every_command_is_interrupted() {
         };
         runs.iter().for_each(|(.., child)| send(signal, child));
         // A run that does not hear the signal is ended, and has no exit code.
-        let deadline = Instant::now() + std::time::Duration::from_secs(20);
+        let deadline = Instant::now() + PATIENCE;
         for (words, message, child) in &mut runs {
             while child.try_wait().expect("a child").is_none() && Instant::now() < deadline {
-                std::thread::sleep(std::time::Duration::from_millis(20));
+                std::thread::sleep(Duration::from_millis(20));
             }
             child.kill().expect("it runs, or has ended");
             let code = child.wait().expect("ends").code();

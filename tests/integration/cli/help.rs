@@ -81,6 +81,51 @@ fn help_is_wrapped_by_the_width_of_the_terminal() {
     }
 }
 
+/// Protects: the help of a command lists only the flags that it takes, and every other flag of a
+/// group that commands share is refused by name before the scene is read.
+#[test]
+fn help_lists_only_flags_that_are_taken() {
+    let sandbox = Sandbox::new();
+    for (command, refused, taken) in [
+        (
+            "view",
+            &[
+                "--sheet=a.png",
+                "--frames=0..1:2",
+                "--budget=1s",
+                "--stats=a.json",
+            ][..],
+            &["--size", "--denoise", "--watch", "--section"][..],
+        ),
+        (
+            "bench",
+            &["--studio", "--env=none", "--material=clay"],
+            &["--section", "--set", "--max-n"],
+        ),
+        ("accuracy", &[], &["--studio", "--env", "--material"]),
+    ] {
+        let help = sandbox.run(&[command, "--help"]);
+        // Flags are named at the start of a line, before their description.
+        let names = help.text().lines().filter_map(|line| {
+            let words = line.split_whitespace().take(2);
+            line.trim_start().starts_with('-').then_some(words)
+        });
+        let names: Vec<&str> = names.flatten().collect();
+        let lists = |flag: &str| names.contains(&flag);
+        for flag in taken {
+            assert!(lists(flag), "{command} {flag}: {}", help.text());
+        }
+        for flag in refused {
+            let name = flag.split('=').next().unwrap_or_default();
+            assert!(!lists(name), "{command} {name}");
+            sandbox
+                .run(&[command, "gone.glb", flag])
+                .exits_with(2)
+                .prints_like(&format!("error: `{command}` takes no {name}"));
+        }
+    }
+}
+
 const COMMANDS: [&str; 15] = [
     "render",
     "merge",

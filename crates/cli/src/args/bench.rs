@@ -3,13 +3,26 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::{Arg, Args, ValueEnum};
 use raywright_core::bench::GeneratedPrimitive;
 use raywright_core::bvh::BuildQuality;
 use raywright_core::ladder::{Ladder, build_quality_of_rung};
 
-use super::SceneArgs;
-use super::values;
+use super::{SceneArgs, hide_flags, values};
+
+/// Hides the flags that change light and materials alone, which no ray of `bench` meets.
+pub fn hide_refused(arg: Arg) -> Arg {
+    const REFUSED: [&str; 7] = [
+        "material",
+        "env",
+        "studio",
+        "ground",
+        "backdrop",
+        "env_rotation",
+        "env_strength",
+    ];
+    hide_flags(arg, &REFUSED)
+}
 
 /// Arguments of `bench`.
 #[derive(Debug, Args)]

@@ -34,7 +34,11 @@ pub use stress::{DeniedSeverity, StressArgs};
 pub use thumbs::ThumbsArgs;
 pub use viewer::ViewerArgs;
 
-use clap::{Args, Parser, Subcommand};
+use std::ffi::OsString;
+
+use clap::error::ErrorKind;
+use clap::parser::ValueSource;
+use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 
 use crate::console::{ColorChoice, Verbosity};
@@ -103,6 +107,35 @@ pub struct MessageArgs {
     pub color: ColorChoice,
 }
 
+impl Arguments {
+    /// Parses a command line. A flag that the help of its command hides is refused: commands share
+    /// groups of flags, and not every command takes every flag of a group.
+    pub fn parse_line(words: Vec<OsString>) -> Result<Self, clap::Error> {
+        let mut program = Self::command();
+        let matches = program.try_get_matches_from_mut(words)?;
+        if let Some((name, typed)) = matches.subcommand()
+            && let Some(command) = program.find_subcommand_mut(name)
+        {
+            let is_refused = |arg: &&Arg| {
+                let source = typed.value_source(arg.get_id().as_str());
+                arg.is_hide_set() && source == Some(ValueSource::CommandLine)
+            };
+            let refused = command.get_arguments().find(is_refused);
+            if let Some(flag) = refused.and_then(Arg::get_long) {
+                let message = format!("`{name}` takes no --{flag}");
+                return Err(command.error(ErrorKind::UnknownArgument, message));
+            }
+        }
+        Self::from_arg_matches(&matches)
+    }
+}
+
+/// Hides the flags with these ids, which the command does not take.
+fn hide_flags(arg: Arg, refused: &[&str]) -> Arg {
+    let is_refused = refused.contains(&arg.get_id().as_str());
+    arg.hide(is_refused)
+}
+
 impl MessageArgs {
     /// Returns the amount of messages that `--quiet` and `--verbose` select.
     pub fn verbosity(self) -> Verbosity {
@@ -120,6 +153,7 @@ pub enum Command {
     /// Render scenes to pictures; files without a command are rendered too
     Render(Box<RenderArgs>),
     /// Show a scene in the browser while it renders, and move the camera there
+    #[command(mut_args = viewer::hide_refused)]
     View(Box<ViewerArgs>),
     /// Make a picture of parts that were rendered separately
     Merge(MergeArgs),
@@ -137,6 +171,7 @@ pub enum Command {
     Accuracy(AccuracyArgs),
     /// Measure the time per ray of a linear scan and of a tree, and the growth of both times with
     /// the size of the scene
+    #[command(mut_args = bench::hide_refused)]
     Bench(BenchArgs),
     /// Measure errors of hard numerical cases on this machine, and compare with the bounds
     Stability(StabilityArgs),

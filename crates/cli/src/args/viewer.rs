@@ -2,9 +2,33 @@
 
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Arg, Args};
 
-use super::{RenderArgs, values};
+use super::{RenderArgs, hide_flags, values};
+
+/// Hides the flags of `render` for files, for several pictures and for the run, none of which the
+/// viewer takes.
+pub fn hide_refused(arg: Arg) -> Arg {
+    const REFUSED: [&str; 16] = [
+        "outputs",
+        "sheet",
+        "views",
+        "turntable",
+        "frames",
+        "quality",
+        "budget",
+        "checkpoint",
+        "resume",
+        "replay",
+        "part",
+        "stats",
+        "hash",
+        "preview",
+        "display",
+        "progress",
+    ];
+    hide_flags(arg, &REFUSED)
+}
 
 /// Arguments of `view`.
 #[derive(Debug, Args)]
