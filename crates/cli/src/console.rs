@@ -130,6 +130,15 @@ pub fn format_json(value: &impl Serialize) -> String {
     escape_controls_in_json(&text).into_owned()
 }
 
+/// Writes a report to standard output as JSON, or as the text that `text` returns.
+pub fn print_report<T: Serialize>(
+    as_json: bool,
+    report: &T,
+    text: impl FnOnce() -> String,
+) -> Result<(), Failure> {
+    print(if as_json { format_json(report) } else { text() })
+}
+
 /// Writes a message to standard error, with control characters masked. A failed write is ignored.
 pub fn print_message(message: impl fmt::Display) {
     let message = message.to_string();

@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 
 use raywright_core::memory::{AllocationRefusal, limit_heap, set_heap_refusal_handler};
 use raywright_io::format_bytes;
+use raywright_io::report::format_duration;
 
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::numbers::format_duration;
 use crate::preparation::NOTHING_KEPT;
 use crate::threads;
 

@@ -65,6 +65,23 @@ impl Failure {
         }
     }
 
+    /// Creates the failure of a command line that cannot be run, with advice.
+    pub fn usage(message: impl fmt::Display, advice: impl fmt::Display) -> Self {
+        Self::new(Exit::Usage, message).with_hint(advice)
+    }
+
+    /// Refuses a command line with advice if `is_wrong`.
+    pub fn refuse_if(
+        is_wrong: bool,
+        message: impl fmt::Display,
+        advice: impl fmt::Display,
+    ) -> Result<(), Self> {
+        match is_wrong {
+            true => Err(Self::usage(message, advice)),
+            false => Ok(()),
+        }
+    }
+
     /// Adds advice to the message, in a line of its own with the label `help: `.
     pub fn with_hint(mut self, advice: impl fmt::Display) -> Self {
         self.message += &format!("\nhelp: {advice}");

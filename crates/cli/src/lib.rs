@@ -31,7 +31,6 @@ mod interrupt;
 mod machine;
 mod memory;
 mod notes;
-mod numbers;
 mod observer;
 mod origin;
 mod plan;

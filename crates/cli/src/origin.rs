@@ -12,10 +12,10 @@ use raywright_core::scene::SamplePattern;
 use raywright_core::settings::{PrecisionChoice, Sampling};
 use raywright_core::{RenderOutput, Settings};
 use raywright_io::output::PictureMetadata;
+use raywright_io::report::format_significant_digits;
 use raywright_io::{EnvironmentSource, LoadOptions, LoadedScene};
 use serde::Serialize;
 
-use crate::numbers::format_significant_digits;
 use crate::plan::{PicturePlan, RungChoices};
 
 /// Name and version of the program.

@@ -6,10 +6,10 @@ use std::cmp::Reverse;
 use raywright_core::prepare::PrepareError;
 use raywright_core::settings::Settings;
 use raywright_core::{MemoryUse, Observer, ReadyScene, prepare};
+use raywright_io::report::format_memory_parts;
 use raywright_io::{Error, LoadedScene, SourceInfo, format_bytes};
 
 use crate::failure::{Exit, Failure};
-use crate::numbers::format_memory_parts;
 
 /// Message of a run that was interrupted before any result existed.
 pub const NOTHING_KEPT: &str = "interrupted; nothing was written";

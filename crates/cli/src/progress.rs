@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle as Template};
+use raywright_io::report::format_whole_seconds;
 
 use crate::args::ProgressStyle;
 use crate::console::{self, Verbosity};
-use crate::numbers::format_whole_seconds;
 
 /// Time before the first plain line of a progress display.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);

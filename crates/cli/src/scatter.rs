@@ -1,7 +1,7 @@
 //! Scatter plot for a terminal: logarithmic on both axes, in plain characters, at most sixty
 //! columns wide.
 
-use crate::numbers::format_significant_digits;
+use raywright_io::report::format_significant_digits;
 
 const WIDTH: usize = 44;
 const HEIGHT: usize = 10;

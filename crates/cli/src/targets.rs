@@ -96,9 +96,10 @@ impl OutputFiles {
                     path.display()
                 ),
             };
-            return Err(Error::invalid_usage(message)
-                .with_hint(format!("name another file with {flag}"))
-                .into());
+            return Err(Failure::usage(
+                message,
+                format_args!("name another file with {flag}"),
+            ));
         }
         let index = self.all.len();
         self.by_path.insert(place.lookup_key(), index);
@@ -110,6 +111,26 @@ impl OutputFiles {
             fingerprint,
         });
         Ok(())
+    }
+
+    /// Adds an output file as [`OutputFiles::add_output`] does. Refuses a name without the extension
+    /// of its content, which `label` describes.
+    pub fn add_output_of_type(
+        &mut self,
+        path: &Path,
+        flag: &'static str,
+        (extension, label): (&str, &str),
+    ) -> Result<(), Failure> {
+        let own = path.extension().unwrap_or_default();
+        Failure::refuse_if(
+            !own.eq_ignore_ascii_case(extension),
+            format_args!(
+                "{}: {label}; use a name that ends in .{extension}",
+                path.display()
+            ),
+            format_args!("{flag} {}", path.with_extension(extension).display()),
+        )?;
+        self.add_output(path, flag)
     }
 
     /// Returns the output that has this path or is the same existing file.
@@ -147,9 +168,10 @@ impl OutputFiles {
                 format!("cannot write {path}: the scene names this file as an input")
             }
         };
-        Err(Error::invalid_usage(message)
-            .with_hint(format!("name another file with {flag}"))
-            .into())
+        Err(Failure::usage(
+            message,
+            format_args!("name another file with {flag}"),
+        ))
     }
 
     /// Whether the file of any output exists already.
@@ -194,6 +216,31 @@ pub fn resolve_picture_targets(
         targets.push(target);
     }
     Ok(targets)
+}
+
+/// Selects the content of a report's file by the extension of its name. Fails with a usage error for
+/// an extension without content.
+pub fn select_by_extension<T: Copy>(path: &Path, kinds: &[(&str, T)]) -> Result<T, Failure> {
+    let own = path.extension().unwrap_or_default();
+    let mut kind = kinds
+        .iter()
+        .filter(|(extension, _)| own.eq_ignore_ascii_case(extension));
+    if let Some((_, kind)) = kind.next() {
+        return Ok(*kind);
+    }
+    let names: Vec<String> = kinds.iter().map(|(name, _)| format!(".{name}")).collect();
+    let (others, last) = names.split_at(names.len().saturating_sub(1));
+    Err(Failure::usage(
+        format_args!(
+            "{}: the extension of this name is no known output format",
+            path.display()
+        ),
+        format_args!(
+            "use a name that ends in {} or {}",
+            others.join(", "),
+            last.concat()
+        ),
+    ))
 }
 
 /// Resolves the default output, which is named after the scene. Its path has to be free or to hold

@@ -141,10 +141,9 @@ fn plot_is_an_svg_file() {
         svg.contains("prefers-color-scheme"),
         "the plot reads in light and dark:\n{svg}"
     );
-    sandbox
-        .run(&quick(&["-o", "n.png"]))
-        .exits_with(2)
-        .prints("error: n.png: the plot is an SVG file; use a name that ends in .svg");
+    sandbox.run(&quick(&["-o", "n.png"])).exits_with(2).prints(
+        "error: n.png: the plot is an SVG file; use a name that ends in .svg\nhelp: -o n.svg",
+    );
     sandbox.run(&quick(&["-q", "-o", "no/n.svg"])).exits_with(4);
 }
 

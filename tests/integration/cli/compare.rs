@@ -487,7 +487,7 @@ fn what_cannot_be_compared_is_explained() {
     sandbox
         .run(&["compare", "a.png", "b.png", "--diff", "d.exr"])
         .exits_with(2)
-        .prints("error: d.exr: --diff writes a PNG file; use a name that ends in .png");
+        .prints("error: d.exr: --diff writes a PNG file; use a name that ends in .png\nhelp: --diff d.png");
     sandbox
         .run(&["compare", "a.png", "b.png", "--max-rmse", "-1"])
         .exits_with(2);

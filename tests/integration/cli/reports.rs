@@ -435,7 +435,7 @@ fn stats_are_checked_before_the_render() {
     sandbox
         .run(&["render", "--stats", "s.png"])
         .exits_with(2)
-        .prints("error: --stats s.png: the statistics are a JSON file; use a name that ends in .json\nhelp: --stats s.json");
+        .prints("error: s.png: the statistics are a JSON file; use a name that ends in .json\nhelp: --stats s.json");
     sandbox
         .run(&["render", "--stats", "no/s.json"])
         .exits_with(4);

@@ -299,7 +299,7 @@ fn a_sheet_holds_all_pictures() {
     sandbox
         .run(&["a.obj", "--sheet", "s.exr"])
         .exits_with(2)
-        .prints("error: s.exr: --sheet writes a PNG file; use a name that ends in .png");
+        .prints("error: s.exr: --sheet writes a PNG file; use a name that ends in .png\nhelp: --sheet s.png");
     sandbox
         .run(&[
             "a.obj", "b.obj", "-s", "8x8", "--spp", "1", "--sheet", "s.png", "-o", "p%d.png",

@@ -2,6 +2,7 @@
 //! uses the default precision, so that coordinates that this precision loses are problems too.
 
 use raywright_core::{Settings, find_collapsed_objects};
+use raywright_io::report::format_count;
 use raywright_io::{LoadedScene, Severity, Warning, WarningCode};
 use serde::Serialize;
 
@@ -9,7 +10,6 @@ use crate::args::CheckArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::numbers::format_count;
 use crate::session::Session;
 use crate::{plan, scene_input};
 

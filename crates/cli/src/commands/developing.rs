@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use raywright_core::RenderOutput;
 use raywright_io::InputFiles;
 use raywright_io::output::StoredFilm;
+use raywright_io::report::format_duration;
 
 use super::render::{messages, write};
 use crate::args::DisplayArgs;
 use crate::failure::Failure;
-use crate::numbers::format_duration;
 use crate::session::Session;
 use crate::targets::{self, OutputFiles, OutputTarget};
 use crate::{origin, plan};

@@ -5,13 +5,13 @@ use raywright_core::accuracy::{EffectCosts, measure_effects};
 use raywright_core::effects::{EffectAssessment, EffectReport, EffectStatus, assess_effects};
 use raywright_core::ladder::{CurrentRung, current_rungs};
 use raywright_core::{Observer, Settings};
+use raywright_io::report::effect_section;
 use raywright_io::{Limits, LoadedScene, SourceInfo};
 use serde::Serialize;
 
 use crate::args::ExplainArgs;
 use crate::console::{self, Verbosity, mask_to_one_line};
 use crate::failure::Failure;
-use crate::numbers::{format_change, format_duration, format_significant_digits};
 use crate::plan::{self, RungChoices};
 use crate::preparation::prepare_failure;
 use crate::progress::StepProgress;
@@ -39,7 +39,8 @@ pub fn run(mut session: Session, args: &ExplainArgs) -> Result<(), Failure> {
             format_effects(&loaded.source, report, verbosity == Verbosity::Verbose)
                 + &format_rungs(ladders)
                 + &costs
-                    .map(|costs| format_effect_costs(&costs))
+                    .map(|costs| effect_section(Some(&costs), report, false))
+                    .map(|section| section.to_text(console::line_width()))
                     .unwrap_or_default()
         }
     })
@@ -94,48 +95,6 @@ fn measure_costs(
     };
     let costs = measure_effects(&loaded.scene, &settings, args.budget, observer, steps);
     costs.map_err(|error| prepare_failure(&loaded.source, error))
-}
-
-/// Formats the costs of effects as a table, the most expensive effect first.
-pub fn format_effect_costs(costs: &EffectCosts) -> String {
-    let [width, height] = costs.size;
-    let mut rows = vec![["  effect", "time", "rays", "changes (RMSE)", "FLIP"].map(str::to_owned)];
-    rows.extend(costs.effects.iter().map(|cost| {
-        let spread = format!(
-            "{} ({} to {})",
-            format_change(cost.ratio.median),
-            format_change(cost.ratio.min),
-            format_change(cost.ratio.max)
-        );
-        let (rmse, flip) = (
-            format_significant_digits(cost.rmse, 3),
-            format_significant_digits(cost.flip, 3),
-        );
-        [
-            format!("  {}", cost.effect),
-            spread,
-            format_change(cost.rays),
-            rmse,
-            flip,
-        ]
-    }));
-    let late = if costs.late.is_empty() {
-        String::new()
-    } else {
-        format!(
-            "  not measured, because the time was too short (give a larger --budget): {}\n",
-            costs.late.join(", ")
-        )
-    };
-    let whole = format_duration(costs.seconds.median);
-    let title = format!(
-        "change of time and picture by each effect ({width}x{height} pixels; {whole} of CPU time with all effects)"
-    );
-    format!(
-        "\n{}\n{}{late}",
-        wrap_paragraph(&title),
-        format_columns(&rows)
-    )
 }
 
 /// Version of the layout of [`ExplainReport`].

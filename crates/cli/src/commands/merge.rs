@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use raywright_core::RenderOutput;
 use raywright_core::film::{Film, FilmMergeError};
 use raywright_io::output::StoredFilm;
+use raywright_io::report::format_count;
 use raywright_io::{Error, Limits};
 
 use super::developing::{FilmOutputs, report_files};
@@ -12,7 +13,6 @@ use super::render::film::read_own_film;
 use super::render::write;
 use crate::args::MergeArgs;
 use crate::failure::{Exit, Failure};
-use crate::numbers::format_count;
 use crate::session::Session;
 use crate::{origin, plan};
 

@@ -14,8 +14,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use raywright_core::settings::Aov;
+use raywright_io::LoadOptions;
 use raywright_io::output::AnimationFormat;
-use raywright_io::{Error, LoadOptions};
 
 use crate::args::values::UpDirection;
 use crate::args::{
@@ -45,23 +45,49 @@ pub struct RenderTask {
     pub shots: Vec<Shot>,
     /// Whether the run renders a single picture, without a sheet or an animation.
     pub is_single: bool,
-    /// Pictures per second of an animation.
-    pub frame_rate: f64,
-    /// Output files of `-o`. A name may hold a placeholder for the picture's number, such as
-    /// `%04d`.
-    pub outputs: Vec<PathBuf>,
-    /// Output file of the contact sheet, which shows all pictures.
-    pub sheet: Option<PathBuf>,
     /// Whether a picture that shows no object is allowed.
     pub allows_empty: bool,
-    /// Whether output files record their origin.
-    pub has_metadata: bool,
     /// Layers of `--aov`, in addition to colour.
     pub layers: Vec<Aov>,
     /// Target for the root relMSE; `None`: a fixed number of samples.
     pub max_error: Option<f64>,
     /// Whether the run is a quick preview.
     pub is_quick: bool,
+    /// Requested output files.
+    pub files: OutputRequest,
+    /// Time limit, film files and share of the picture.
+    pub film: FilmRequest,
+    /// Style of the progress display.
+    pub progress: ProgressStyle,
+    overrides: DisplayOverrides,
+}
+
+/// Output files of a `render` run.
+#[derive(Debug)]
+pub struct OutputRequest {
+    /// Files of `-o`. A name may hold a placeholder for the picture's number, such as `%04d`.
+    pub pictures: Vec<PathBuf>,
+    /// Contact sheet, which shows all pictures.
+    pub sheet: Option<PathBuf>,
+    /// Pictures per second of an animation.
+    pub frame_rate: f64,
+    /// Requested quality of JPEG files, 1 to 100.
+    pub quality: Option<u8>,
+    /// Whether the files record their origin.
+    pub has_metadata: bool,
+    /// File of `--stats`, with times and counts.
+    pub stats: Option<PathBuf>,
+    /// PNG file of `--preview`, updated during the render.
+    pub preview: Option<PathBuf>,
+    /// Address of the image viewer tev, from `--display`.
+    pub tev: Option<TevAddress>,
+    /// Whether the hashes of pictures are printed.
+    pub hash: bool,
+}
+
+/// Time limit, film files and share of the picture of a `render` run.
+#[derive(Debug)]
+pub struct FilmRequest {
     /// Time limit for the whole run, counted from the program's start.
     pub budget: Option<Duration>,
     /// Film file of `--checkpoint`, which keeps the samples so far.
@@ -72,17 +98,18 @@ pub struct RenderTask {
     pub replay: Option<PathBuf>,
     /// Share of the picture to render, from `--part`; `None`: the whole picture.
     pub part: Option<PictureShare>,
-    /// Output file of `--stats`, with times and counts.
-    pub stats: Option<PathBuf>,
-    /// Whether the hashes of pictures are printed.
-    pub hash: bool,
-    /// PNG file of `--preview`, updated during the render.
-    pub preview: Option<PathBuf>,
-    /// Address of the image viewer tev, from `--display`.
-    pub display: Option<TevAddress>,
-    /// Style of the progress display.
-    pub progress: ProgressStyle,
-    overrides: DisplayOverrides,
+}
+
+impl FilmRequest {
+    /// Lists the flags of film files, and whether each is given.
+    pub fn flags(&self) -> [(&'static str, bool); 4] {
+        [
+            ("--checkpoint", self.checkpoint.is_some()),
+            ("--resume", self.resume.is_some()),
+            ("--replay", self.replay.is_some()),
+            ("--part", self.part.is_some()),
+        ]
+    }
 }
 
 /// Flags that change settings and display of the scene. A flag that the user did not give changes
@@ -135,23 +162,28 @@ impl RenderTask {
             options,
             choices: RungChoices::from(&choices),
             shots,
-            frame_rate: shots::frame_rate(&view),
-            outputs,
-            sheet,
             allows_empty: allow_empty,
-            has_metadata: !no_metadata,
             layers: aov,
             max_error: light.max_error,
             is_quick: light.quick,
-            budget: film.budget,
-            checkpoint: film.checkpoint,
-            resume: film.resume,
-            replay: film.replay,
-            part: film.part,
-            stats: report.stats,
-            hash: report.hash,
-            preview: report.preview,
-            display: report.display,
+            files: OutputRequest {
+                pictures: outputs,
+                sheet,
+                frame_rate: shots::frame_rate(&view),
+                quality: display.quality,
+                has_metadata: !no_metadata,
+                stats: report.stats,
+                preview: report.preview,
+                tev: report.display,
+                hash: report.hash,
+            },
+            film: FilmRequest {
+                budget: film.budget,
+                checkpoint: film.checkpoint,
+                resume: film.resume,
+                replay: film.replay,
+                part: film.part,
+            },
             progress: report.progress,
             overrides: DisplayOverrides {
                 view,
@@ -169,12 +201,7 @@ impl RenderTask {
     /// Whether a picture that shows no object is refused. A crop, or the part of a picture that
     /// `--part` selects, may show no object.
     pub fn refuses_empty_pictures(&self) -> bool {
-        !self.allows_empty && self.overrides.view.crop.is_none() && self.part.is_none()
-    }
-
-    /// Returns the requested quality of JPEG files, 1 to 100.
-    pub fn jpeg_quality(&self) -> Option<u8> {
-        self.overrides.display.quality
+        !self.allows_empty && self.overrides.view.crop.is_none() && self.film.part.is_none()
     }
 
     /// Whether `--background transparent` requests coverage in place of a background.
@@ -183,28 +210,20 @@ impl RenderTask {
     }
 
     fn refuse_single_picture_flags(&self) -> Result<(), Failure> {
-        let flags = [
-            ("--checkpoint", self.checkpoint.is_some()),
-            ("--resume", self.resume.is_some()),
-            ("--replay", self.replay.is_some()),
-            ("--part", self.part.is_some()),
-            ("--budget", self.budget.is_some()),
-            ("--stats", self.stats.is_some()),
-            ("--preview", self.preview.is_some()),
-            (
-                "-o -",
-                self.outputs.iter().any(|path| path.as_os_str() == "-"),
-            ),
+        let stdout = |path: &PathBuf| path.as_os_str() == "-";
+        let others = [
+            ("--budget", self.film.budget.is_some()),
+            ("--stats", self.files.stats.is_some()),
+            ("--preview", self.files.preview.is_some()),
+            ("-o -", self.files.pictures.iter().any(stdout)),
         ];
-        let Some((flag, _)) = flags.iter().find(|(_, given)| *given) else {
-            return Ok(());
-        };
-        let error = Error::invalid_usage(format_args!(
-            "{flag} needs a single picture, and several are requested"
-        ));
-        Err(error
-            .with_hint("leave out the flag, or render the pictures one by one")
-            .into())
+        let mut flags = self.film.flags().into_iter().chain(others);
+        flags.find(|(_, given)| *given).map_or(Ok(()), |(flag, _)| {
+            Err(Failure::usage(
+                format_args!("{flag} needs a single picture, and several are requested"),
+                "leave out the flag, or render the pictures one by one",
+            ))
+        })
     }
 }
 
@@ -229,12 +248,12 @@ fn with_up_direction(view: ViewArgs, up: Option<UpDirection>) -> Result<ViewArgs
         ("--turntable", view.turntable.is_some()),
     ];
     if let Some((flag, _)) = view_flags.iter().find(|(_, given)| *given) {
-        let error = Error::invalid_usage(format_args!(
-            "{flag} cannot be used with --up X,Y,Z: {flag} shows the whole scene upright, and --up turns a single camera"
+        return Err(Failure::usage(
+            format_args!(
+                "{flag} cannot be used with --up X,Y,Z: {flag} shows the whole scene upright, and --up turns a single camera"
+            ),
+            "turn a model instead: --up z, or another axis",
         ));
-        return Err(error
-            .with_hint("turn a model instead: --up z, or another axis")
-            .into());
     }
     Ok(ViewArgs {
         up: Some(direction),

@@ -4,7 +4,6 @@
 use raywright_core::effects::{Effect, EffectSet};
 use raywright_core::ladder::{Ladder, RungChoice};
 use raywright_core::{Scene, Settings};
-use raywright_io::Error;
 
 use super::DisplayOverrides;
 use crate::args::ChoiceArgs;
@@ -89,12 +88,14 @@ pub(super) fn refuse_contradicting_flags(
 }
 
 fn contradiction_failure(ladder: Ladder, flag: &str) -> Failure {
-    let error = Error::invalid_usage(format_args!(
-        "--rung {}=... and {flag} both set the ladder {}",
-        ladder.name(),
-        ladder.name()
-    ));
-    error.with_hint("leave out one of the two flags").into()
+    Failure::usage(
+        format_args!(
+            "--rung {}=... and {flag} both set the ladder {}",
+            ladder.name(),
+            ladder.name()
+        ),
+        "leave out one of the two flags",
+    )
 }
 
 #[cfg(test)]

@@ -7,13 +7,14 @@ use raywright_core::framing::{FIELD_OF_VIEW, Silhouette, ViewAngles};
 use raywright_core::ladder::Ladder;
 use raywright_core::scene::{Camera, Scene};
 use raywright_core::settings::{Background, Crop, Sampling};
-use raywright_core::{ReadyScene, Settings};
-use raywright_io::Error;
+use raywright_core::{Observer, ReadyScene, Settings};
+use raywright_io::LoadedScene;
 
-use super::display::{ChosenExposure, apply_display_flags};
+use super::display::{ChosenExposure, apply_display_flags, choose_exposure};
 use super::{DisplayOverrides, RenderTask, Shot, rungs, view};
 use crate::args::{BackgroundChoice, ExposureChoice, MOST_SAMPLES};
 use crate::failure::Failure;
+use crate::preparation::prepare_loaded;
 
 /// Samples per pixel of a quick preview.
 const QUICK_SAMPLES: u32 = 16;
@@ -64,6 +65,22 @@ impl RenderTask {
             .get_or_insert_with(|| frame(scene, None, FIELD_OF_VIEW, width / height));
         plan.has_stray_parts = silhouette.get().is_some_and(Silhouette::has_stray_parts);
         Ok(plan)
+    }
+
+    /// Resolves the settings of the task's first picture, prepares its scene, and chooses and applies
+    /// its exposure.
+    pub fn prepare_shot(
+        &self,
+        loaded: &mut LoadedScene,
+        silhouette: &OnceCell<Silhouette>,
+        observer: &dyn Observer,
+    ) -> Result<(PicturePlan, ReadyScene, ChosenExposure), Failure> {
+        let mut plan = self.resolve_shot(&mut loaded.scene, &self.shots[0], silhouette)?;
+        let mut ready = prepare_loaded(loaded, &plan.settings, observer)?;
+        let requested = (plan.display, plan.requested_exposure);
+        let exposure = choose_exposure(loaded, &ready, requested, observer);
+        plan.apply_exposure(exposure, &mut ready);
+        Ok((plan, ready, exposure))
     }
 
     /// Resolves the settings of a picture of a scene from a view, and applies the chosen rungs
@@ -146,7 +163,7 @@ impl RenderTask {
     fn resolve_sampling(&self, scene: &Scene) -> Sampling {
         let spp = self.overrides.light.spp;
         let named = spp.is_some() || self.choices.has_ladder(Ladder::Samples);
-        let open_ended = (self.budget.is_some() || self.replay.is_some()) && !named;
+        let open_ended = (self.film.budget.is_some() || self.film.replay.is_some()) && !named;
         match Sampling::from_spp(scene, spp) {
             Sampling::General(_) if open_ended => Sampling::General(MOST_SAMPLES),
             own if self.is_quick => quick_preview_sampling(own),
@@ -191,11 +208,10 @@ fn check_crop(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
     } = crop;
     let message =
         format!("--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels");
-    Err(Error::invalid_usage(message)
-        .with_hint(
-            "--crop is x,y,width,height in pixels; x and y are distances from the top left corner",
-        )
-        .into())
+    Err(Failure::usage(
+        message,
+        "--crop is x,y,width,height in pixels; x and y are distances from the top left corner",
+    ))
 }
 
 #[cfg(test)]

@@ -137,9 +137,10 @@ fn check_pose(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> 
             "the camera's eye and target are the same point, {}",
             show(eye)
         );
-        return Err(Error::invalid_usage(message)
-            .with_hint("give --eye and --target different points")
-            .into());
+        return Err(Failure::usage(
+            message,
+            "give --eye and --target different points",
+        ));
     }
     let sine = view
         .normalize()
@@ -152,9 +153,10 @@ fn check_pose(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> 
             show(target),
             show(up)
         );
-        return Err(Error::invalid_usage(message)
-            .with_hint("give another up direction, such as --up 0,0,1")
-            .into());
+        return Err(Failure::usage(
+            message,
+            "give another up direction, such as --up 0,0,1",
+        ));
     }
     Ok(Pose::LookAt { eye, target, up })
 }
@@ -168,12 +170,10 @@ fn set_fov(projection: &mut Projection, fov: f64) -> Result<(), Failure> {
             };
             Ok(())
         }
-        Projection::Orthographic { .. } => {
-            let error = Error::invalid_usage("--fov has no meaning for an orthographic camera");
-            Err(error
-                .with_hint("set the camera's `height` in the scene file")
-                .into())
-        }
+        Projection::Orthographic { .. } => Err(Failure::usage(
+            "--fov has no meaning for an orthographic camera",
+            "set the camera's `height` in the scene file",
+        )),
     }
 }
 

@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use super::page::format_number;
+use super::numbers::format_number;
 use super::plot::{STYLE, ThemeColour, escape_xml};
 use super::scale::DecadeScale;
 

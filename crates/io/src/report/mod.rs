@@ -1,16 +1,24 @@
-//! Measurement reports: plots as SVG, and self-contained HTML pages.
+//! Measurement reports: sections with tables as text, Markdown and HTML, plots as SVG, and
+//! self-contained HTML pages.
 
-mod effect_table;
 mod error_margins;
 mod labels;
+mod numbers;
 mod page;
 mod plot;
 mod scale;
+mod section;
 mod table;
 mod tables;
 
 pub use error_margins::{ErrorMarginPlot, ErrorMarginRow};
+pub use numbers::{
+    format_change, format_count, format_duration, format_estimate, format_four_digits,
+    format_median, format_memory_parts, format_percent, format_precise_duration,
+    format_rough_estimate, format_significant_digits, format_three_digits, format_whole_seconds,
+};
 pub use page::{AccuracyPage, html_document, plot_accuracy};
 pub use plot::{Plot, PlotAxis, PlotLine, PlotMark, PlotPoint, ThemeColour, escape_xml};
+pub use section::ReportSection;
 pub use table::{ColumnAlignment, Table, TableRow, format_uncertain, wrap_text};
-pub use tables::format_light_change;
+pub use tables::effect_section;

@@ -13,7 +13,9 @@ use raywright_core::effects::EffectReport;
 use raywright_core::metrics::{heat_map, max_channel_differences, mean_and_quantiles};
 use raywright_core::picture::Picture;
 
+use super::numbers::format_number;
 use super::plot::{Plot, PlotAxis, PlotLine, PlotPoint, ThemeColour, escape_xml};
+use super::section::{ReportSection, html_with_code};
 use crate::output::{PictureMetadata, encode_png};
 
 /// Contents of the HTML report of an accuracy measurement.
@@ -204,20 +206,6 @@ fn format_power(exponent: i32) -> String {
     10_f64.powi(exponent).to_string()
 }
 
-/// Formats a number with three significant digits.
-pub(super) fn format_number(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
-        let digits = if value == 0.0 {
-            0
-        } else {
-            (2 - value.abs().log10().floor() as i32).max(0) as usize
-        };
-        format!("{value:.digits$}")
-    } else {
-        format!("{value:.1e}")
-    }
-}
-
 /// Formats a complete HTML page from title, body and script; the script may be empty.
 pub fn html_document(title: &str, body: &str, script: &str) -> String {
     let (title, style) = (escape_xml(title), include_str!("page.css"));
@@ -250,28 +238,20 @@ impl AccuracyPage<'_> {
             ..plot
         }
         .to_svg();
-        // Every second part of the split text was between back quotes, and becomes code.
-        let parts = self.recommendation.split('`').map(escape_xml).enumerate();
-        let recommendation: String = parts
-            .map(|(i, part)| {
-                if i % 2 == 1 {
-                    format!("<code>{part}</code>")
-                } else {
-                    part
-                }
-            })
-            .collect();
+        let recommendation = html_with_code(self.recommendation);
+        let frontier = self.frontier_section();
+        let frontier = frontier
+            .iter()
+            .map(ReportSection::to_html)
+            .collect::<String>();
+        let details = self.detail_sections();
+        let details: String = details.iter().map(ReportSection::to_html).collect();
         let body = format!(
             "<p class=\"answer\">{recommendation}</p>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n\
-             <figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{}\
-             <h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{}{}{}{}{}",
-            self.frontier_table(),
+             <figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}\
+             <h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{}{details}",
             escape_xml(self.command),
             self.pictures_html(),
-            self.rung_table(),
-            self.cost_table(),
-            self.output_table(),
-            self.effect_table(),
         );
         html_document(
             &format!("What accuracy costs in time: {}", self.scene),

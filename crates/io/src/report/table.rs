@@ -88,6 +88,26 @@ impl Table {
         self
     }
 
+    /// Marks the rows by their classes as text: rows in use (`own`) by an asterisk, and rows below a
+    /// heading (`ladder`) by an indentation.
+    pub(super) fn with_text_marks(&self) -> Self {
+        let (mut marked, mut indent) = (self.clone(), "");
+        for row in &mut marked.rows {
+            let mark = if row.class == "own" { " *" } else { "" };
+            let before = if row.class == "ladder" { "" } else { indent };
+            if row.class == "ladder" {
+                indent = "  ";
+            }
+            if let Some(first) = row.cells.first_mut() {
+                *first = format!("{before}{first}{mark}");
+            }
+            row.cells
+                .iter_mut()
+                .for_each(|cell| *cell = cell.replace('`', ""));
+        }
+        marked
+    }
+
     /// Formats the table as plain text, at most `room` characters wide. Columns are as wide as
     /// their widest cell and two spaces apart; lines have no trailing spaces. Line breaks in a cell
     /// are replaced, because a cell with several lines would look like several rows.

@@ -1,13 +1,16 @@
-//! Tables of the HTML report: settings on the frontier, rungs (quality levels) of each ladder (a
-//! setting with ordered levels), ladders that cost only time and memory, and file formats.
+//! Sections of the report of an accuracy measurement: settings on the frontier, rungs (quality
+//! levels) of each ladder (a setting with ordered levels), ladders that cost only time and memory,
+//! file formats, and effects. Terminal and page show the same sections.
 
 use raywright_core::accuracy::{
-    ConfidenceInterval, LadderReport, MeasuredSetting, OutputFormatReport, RungCost, RungReport,
+    ConfidenceInterval, EffectCost, EffectCosts, LadderReport, MeasuredSetting, OutputFormatReport,
+    RungCost, RungReport,
 };
-use raywright_core::bench::SampleQuantiles;
+use raywright_core::effects::{EffectAssessment, EffectReport, EffectStatus};
 
-use super::page::{AccuracyPage, format_number};
-use super::plot::escape_xml;
+use super::numbers::{format_change, format_number, format_precise_duration, format_spread};
+use super::page::AccuracyPage;
+use super::section::ReportSection;
 use super::table::{ColumnAlignment, Table, TableRow, format_uncertain};
 use crate::limits::format_bytes;
 
@@ -15,7 +18,7 @@ fn format_interval(interval: ConfidenceInterval) -> String {
     format_uncertain(&interval, format_number)
 }
 
-/// Returns the HTML class of a row; rows of the scene's own setting have a class.
+/// Returns the class of a row; rows of the scene's own setting have a class.
 fn row_class(in_use: bool) -> &'static str {
     if in_use { "own" } else { "" }
 }
@@ -42,60 +45,85 @@ fn rung_row(
     }
 }
 
+/// Returns columns of numbers, the first of text.
+fn number_columns<const N: usize>() -> [ColumnAlignment; N] {
+    let mut columns = [ColumnAlignment::Right; N];
+    columns[0] = ColumnAlignment::Left;
+    columns
+}
+
 impl AccuracyPage<'_> {
-    /// Formats the table of the settings on the frontier, each with its flags.
-    pub(super) fn frontier_table(&self) -> String {
+    /// Returns the section of the settings on the frontier, each with its flags; `None` without
+    /// settings.
+    pub fn frontier_section(&self) -> Option<ReportSection> {
         if self.report.frontier.is_empty() {
-            return String::new();
+            return None;
         }
         let named = (1..).zip(self.report.frontier.iter().zip(self.flags));
         let rows = named.map(|(i, (candidate, flags))| {
-            // The table of rungs shows the other measured values.
+            // The section of rungs has the other measured values.
             let [time, ratio, error, _, _, light, ..] =
                 self.setting_cells(&candidate.measured, None);
             let cells = [
                 format!("({i})"),
-                format!("`{flags}`"),
                 time,
                 ratio,
                 error,
                 light,
+                format!("`{flags}`"),
             ];
             TableRow::with_class(row_class(candidate.flags.is_empty()), cells)
         });
-        let mut columns = [ColumnAlignment::Right; 6];
-        columns[1] = ColumnAlignment::Left;
+        let mut columns = number_columns::<6>();
+        columns[5] = ColumnAlignment::Left;
         let [time, ratio, error, _, _, light, ..] = SETTING_HEADINGS;
-        let names = ["", "flags", time, ratio, error, light];
-        format!(
-            "<h2>Worth their time</h2>\n<p>For each setting in this table, no other measured setting is both faster and more accurate. The first row whose \
-             error is small enough is the fastest setting for that error; the last row within a time is the most accurate setting for that time. The flags \
-             are appended to <code>{}</code></p>\n{}",
-            escape_xml(self.own_command),
-            Table::new(columns, names, rows)
-                .without_empty_columns()
-                .to_html(),
-        )
+        let names = ["", time, ratio, error, light, "flags"];
+        Some(ReportSection {
+            title: "Worth their time".to_owned(),
+            explanation: format!(
+                "For each setting in this table, no other measured setting is both faster and more accurate. The first row whose \
+                 error is small enough is the fastest setting for that error; the last row within a time is the most accurate setting for that time. The flags \
+                 are appended to `{}`",
+                self.own_command
+            ),
+            table: Table::new(columns, names, rows).without_empty_columns(),
+            notes: Vec::new(),
+        })
     }
 
-    /// Formats the table of the measured rungs (quality levels), and the lists of all other rungs.
-    pub(super) fn rung_table(&self) -> String {
+    /// Returns all other sections: rungs, rungs that cost only time and memory, file formats, and
+    /// effects.
+    pub fn detail_sections(&self) -> Vec<ReportSection> {
+        let costs = self.report.costs.as_ref();
+        [
+            Some(self.rung_section()),
+            self.combination_section(),
+            self.cost_section(),
+            Some(self.output_section()),
+        ]
+        .into_iter()
+        .flatten()
+        .chain([effect_section(costs, self.effects, true)])
+        .collect()
+    }
+
+    /// Returns the section of the measured rungs (quality levels), and the lists of all other rungs.
+    fn rung_section(&self) -> ReportSection {
         let [time, ratio, error, rmse, bias, light, flip, alone] = SETTING_HEADINGS;
         let names = ["rung", time, ratio, error, rmse, bias, light, flip, alone];
-        format!(
-            "<h2>Rungs, changed one at a time</h2>\n<p class=\"soft\">A rung is a quality level of a setting; the setting is a ladder. Times are CPU times, summed over all threads, at the scene's \
-             own picture size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01) for the picture I and the reference R. Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. Alone: root mean square difference from the most exact rung of the same ladder, rendered with \
-             the same random numbers. &lt;: indistinguishable from the noise of the reference.</p>\n\
-             {}{}",
-            Table::new([ColumnAlignment::Right; 9], names, self.rung_rows())
-                .without_empty_columns()
-                .to_html(),
-            self.unlisted_rungs_html()
-        )
+        ReportSection {
+            title: "Rungs, changed one at a time".to_owned(),
+            explanation: "A rung is a quality level of a setting; the setting is a ladder. Times are CPU times, summed over all threads, at the scene's \
+                 own picture size. Error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01) for the picture I and the reference R. Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. Alone: root mean square difference from the most exact rung of the same ladder, rendered with \
+                 the same random numbers. <: indistinguishable from the noise of the reference; the number is the upper end of the interval."
+                .to_owned(),
+            table: Table::new(number_columns(), names, self.rung_rows()).without_empty_columns(),
+            notes: self.list_other_rungs(),
+        }
     }
 
     /// Returns the rows of all measured rungs: the scene's own setting, the numbers of samples, the
-    /// other ladders, and rungs that were changed together.
+    /// other ladders.
     fn rung_rows(&self) -> Vec<TableRow> {
         let named = |name: String, measured: &MeasuredSetting| {
             [name].into_iter().chain(self.setting_cells(measured, None))
@@ -129,18 +157,31 @@ impl AccuracyPage<'_> {
                 .into_iter()
                 .flat_map(|ladder| self.ladder_rows(ladder)),
         );
-        if !self.report.combinations.is_empty() {
-            rows.push(ladder_heading("several rungs changed together"));
-            rows.extend(self.report.combinations.iter().map(|candidate| {
-                TableRow::with_class("", named(candidate.name(), &candidate.measured))
-            }));
-        }
         rows
     }
 
-    /// Formats the lists of rungs that the table of rungs leaves out: beaten, not measured, and
-    /// without effect.
-    fn unlisted_rungs_html(&self) -> String {
+    /// Returns the section of settings that each change several rungs; `None` without settings.
+    fn combination_section(&self) -> Option<ReportSection> {
+        let [time, ratio, error, rmse, bias, light, flip, _] = SETTING_HEADINGS;
+        let names = [time, ratio, error, rmse, bias, light, flip, "rungs"];
+        let mut columns = [ColumnAlignment::Right; 8];
+        // The names may be long.
+        columns[7] = ColumnAlignment::Left;
+        let rows = self.report.combinations.iter().map(|candidate| {
+            let mut cells = self.setting_cells(&candidate.measured, None);
+            cells[7] = candidate.name();
+            cells.into_iter().collect()
+        });
+        (!self.report.combinations.is_empty()).then(|| ReportSection {
+            title: "Several rungs, changed together".to_owned(),
+            explanation: String::new(),
+            table: Table::new(columns, names, rows).without_empty_columns(),
+            notes: Vec::new(),
+        })
+    }
+
+    /// Lists the rungs that the table of rungs leaves out: beaten, not measured, and without effect.
+    fn list_other_rungs(&self) -> Vec<String> {
         let named = |which: &dyn Fn(&LadderReport, &RungReport) -> bool| -> Vec<String> {
             let all = self
                 .report
@@ -151,26 +192,26 @@ impl AccuracyPage<'_> {
                 .map(|(ladder, rung)| format!("{}={}", ladder.ladder, rung.rung))
                 .collect()
         };
-        let line = |words: &str, names: Vec<String>| match names.as_slice() {
-            [] => String::new(),
-            names => format!("<p>{words}: {}.</p>\n", escape_xml(&names.join(", "))),
-        };
-        let beaten = line(
-            "Slower and less accurate than the rung in use",
-            named(&|ladder, rung| ladder.is_dominated(rung)),
-        );
-        let late = line(
-            "Not measured for lack of time",
-            named(&|_, rung| rung.measured.is_none()),
-        );
-        let absent = match self.report.not_called_for.as_slice() {
-            [] => String::new(),
-            names => format!(
-                "<p class=\"soft\">Without effect on this scene, and not measured: {}.</p>\n",
-                names.join(", ")
+        let absent = self.report.not_called_for.iter();
+        let lists = [
+            (
+                "Slower and less accurate than the rung in use",
+                named(&|ladder, rung| ladder.is_dominated(rung)),
             ),
-        };
-        beaten + &late + &absent
+            (
+                "Not measured for lack of time",
+                named(&|_, rung| rung.measured.is_none()),
+            ),
+            (
+                "Without effect on this scene, and not measured",
+                absent.map(ToString::to_string).collect(),
+            ),
+        ];
+        lists
+            .into_iter()
+            .filter(|(_, names)| !names.is_empty())
+            .map(|(words, names)| format!("{words}: {}.", names.join(", ")))
+            .collect()
     }
 
     /// Returns the rows of a ladder for all measured rungs (its quality levels). Rungs that are
@@ -205,82 +246,53 @@ impl AccuracyPage<'_> {
         own_error: Option<ConfidenceInterval>,
     ) -> [String; 8] {
         let errors = &measured.errors;
+        let bias = errors.bias.map(|bias| bias.map(f64::sqrt));
         [
-            format_uncertain(&measured.seconds, format_duration),
+            format_uncertain(&measured.seconds, format_precise_duration),
             format_interval(measured.ratio),
             format_interval(errors.relmse.map(f64::sqrt)),
             format_interval(errors.rmse),
-            errors
-                .bias
-                .map(|bias| format_interval(bias.map(f64::sqrt)))
-                .unwrap_or_default(),
+            bias.map(format_interval).unwrap_or_default(),
             format_light_change(&errors.light),
             format_interval(measured.flip),
             own_error.map(format_interval).unwrap_or_default(),
         ]
     }
 
-    /// Formats the median time of a render, with its relative spread in per cent.
-    fn format_time(&self, spread: &SampleQuantiles) -> String {
-        format!(
-            "{} ±{:.0} %",
-            format_duration(spread.median),
-            spread.relative_half_spread() * 100.0
-        )
-    }
-
-    /// Returns the cells of a rung that changes no picture: time, its ratio, preparation and memory.
-    fn cost_cells(&self, rung_cost: &RungCost) -> Vec<String> {
-        let bits = if rung_cost.same_bits {
-            ""
-        } else {
-            ", DIFFERENT PICTURE"
-        };
-        let memory = format_bytes(rung_cost.geometry) + bits;
-        vec![
-            self.format_time(&rung_cost.seconds),
-            format_number(rung_cost.ratio.median),
-            format_duration(rung_cost.preparing.median),
-            memory,
-        ]
-    }
-
-    /// Formats the table of the ladders (settings with ordered levels) that change time and memory,
-    /// but not the picture.
-    pub(super) fn cost_table(&self) -> String {
+    /// Returns the section of the ladders (settings with ordered levels) that change time and
+    /// memory, but not the picture; `None` without ladders.
+    fn cost_section(&self) -> Option<ReportSection> {
         let mut rows = Vec::new();
         for ladder in &self.report.prices {
             rows.push(ladder_heading(ladder.ladder));
             rows.extend(ladder.rungs.iter().map(|price| {
-                let cells = price.rung_cost.as_ref().map_or_else(
-                    || vec!["not measured".to_owned()],
-                    |rung_cost| self.cost_cells(rung_cost),
-                );
+                let cells = price
+                    .rung_cost
+                    .as_ref()
+                    .map_or_else(|| vec!["not measured".to_owned()], cost_cells);
                 rung_row(&price.rung, price.about, price.in_use, cells)
             }));
         }
-        if rows.is_empty() {
-            return String::new();
-        }
         let names = ["rung", "CPU time", "× in use", "preparing", "memory"];
-        format!(
-            "<h2>Rungs that change no picture</h2>\n<p class=\"soft\">These rungs change only time and memory. Their pictures are checked to be equal bit by bit.</p>\n{}",
-            Table::new([ColumnAlignment::Right; 5], names, rows).to_html()
-        )
+        (!rows.is_empty()).then(|| ReportSection {
+            title: "Rungs that change no picture".to_owned(),
+            explanation: "These rungs change only time and memory. Their pictures are checked to be equal bit by bit.".to_owned(),
+            table: Table::new(number_columns(), names, rows),
+            notes: Vec::new(),
+        })
     }
 
-    /// Formats the table of the picture data that is kept by each file format.
-    pub(super) fn output_table(&self) -> String {
+    /// Returns the section of the picture data that is kept by each file format.
+    fn output_section(&self) -> ReportSection {
         let row = |output: &OutputFormatReport| {
-            let coding = output
-                .seconds
-                .map(|seconds| format_number(seconds.median * 1e3))
-                .unwrap_or_default();
+            let coding = output.seconds.as_ref();
             let [rmse, greatest, flip] =
                 [output.rmse, output.greatest, output.flip].map(format_number);
             let cells = [
                 output.bytes_per_pixel.to_string(),
-                coding,
+                coding
+                    .map(|seconds| format_precise_duration(seconds.median))
+                    .unwrap_or_default(),
                 rmse,
                 greatest,
                 flip,
@@ -291,22 +303,20 @@ impl AccuracyPage<'_> {
         let names = [
             "rung",
             "bytes a pixel",
-            "coding, CPU ms",
+            "coding",
             "RMSE",
             "greatest",
             "FLIP",
             "clipped",
         ];
-        format!(
-            "<h2>Precision of the file formats</h2>\n<p class=\"soft\">Differences of the stored display values (0 to 1) from the computed values. Clipped: share of \
-             pixels with a channel at its largest value, whose detail is lost if the exposure is raised or lowered later.</p>\n{}",
-            Table::new(
-                [ColumnAlignment::Right; 7],
-                names,
-                self.report.outputs.iter().map(row)
-            )
-            .to_html()
-        )
+        ReportSection {
+            title: "Precision of the file formats".to_owned(),
+            explanation: "Differences of the stored display values (0 to 1) from the computed values. Clipped: share of \
+                 pixels with a channel at its largest value, whose detail is lost if the exposure is raised or lowered later."
+                .to_owned(),
+            table: Table::new(number_columns(), names, self.report.outputs.iter().map(row)),
+            notes: Vec::new(),
+        }
     }
 }
 
@@ -322,23 +332,120 @@ const SETTING_HEADINGS: [&str; 8] = [
     "alone",
 ];
 
+/// Returns the cells of a rung that changes no picture: time, its ratio, preparation and memory.
+fn cost_cells(rung_cost: &RungCost) -> Vec<String> {
+    let seconds = &rung_cost.seconds;
+    let bits = if rung_cost.same_bits {
+        ""
+    } else {
+        ", DIFFERENT PICTURE"
+    };
+    vec![
+        format!(
+            "{} {}",
+            format_precise_duration(seconds.median),
+            format_spread(seconds)
+        ),
+        format_number(rung_cost.ratio.median),
+        format_precise_duration(rung_cost.preparing.median),
+        format_bytes(rung_cost.geometry) + bits,
+    ]
+}
+
+/// Returns the section of a scene's effects with the cost of each that can be switched off, the most
+/// expensive first. `with_status` adds the reason of each effect, and effects without a cost.
+pub fn effect_section(
+    costs: Option<&EffectCosts>,
+    effects: &EffectReport,
+    with_status: bool,
+) -> ReportSection {
+    let all = costs
+        .map(|costs| costs.effects.as_slice())
+        .unwrap_or_default();
+    let place = |finding: &&EffectAssessment| {
+        let is_own = |cost: &EffectCost| cost.effect == finding.effect.name();
+        all.iter().position(is_own).unwrap_or(usize::MAX)
+    };
+    let mut present: Vec<&EffectAssessment> = effects
+        .effects
+        .iter()
+        .filter(|finding| finding.status != EffectStatus::Absent)
+        .filter(|finding| with_status || place(finding) < all.len())
+        .collect();
+    present.sort_by_key(place);
+    let rows = present.into_iter().map(|finding| {
+        let cost = all.get(place(&finding));
+        let [time, rays, rmse, flip] = cost.map(effect_cells).unwrap_or_default();
+        let status = match finding.status {
+            _ if !with_status => String::new(),
+            EffectStatus::Simulated => format!("simulated: {}", finding.because),
+            _ => format!("left out: {}", finding.because),
+        };
+        let name = finding.effect.name().to_owned();
+        [name, time, rays, rmse, flip, status].into_iter().collect()
+    });
+    let mut columns = number_columns::<6>();
+    columns[5] = ColumnAlignment::Left;
+    let names = [
+        "effect",
+        "added time",
+        "added rays",
+        "change of picture, RMSE",
+        "FLIP",
+        "status",
+    ];
+    ReportSection {
+        title: "Effects of the scene".to_owned(),
+        explanation: costs.map_or_else(
+            || "The cost of each effect was not measured for lack of time.".to_owned(),
+            describe_effect_costs,
+        ),
+        table: Table::new(columns, names, rows).without_empty_columns(),
+        notes: Vec::new(),
+    }
+}
+
+/// Formats the cost of an effect: the change in time as median, least and greatest value of several
+/// rounds, the change in the number of rays, and the two differences of the picture (RMSE and
+/// FLIP).
+fn effect_cells(cost: &EffectCost) -> [String; 4] {
+    let ratio = &cost.ratio;
+    let [median, min, max, rays] =
+        [ratio.median, ratio.min, ratio.max, cost.rays].map(format_change);
+    [
+        format!("{median} ({min} to {max})"),
+        rays,
+        format_number(cost.rmse),
+        format_number(cost.flip),
+    ]
+}
+
+/// Describes how the costs of effects were measured, in a sentence.
+fn describe_effect_costs(costs: &EffectCosts) -> String {
+    let [width, height] = costs.size;
+    let late = if costs.late.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "; not measured for lack of time (give a larger --budget): {}",
+            costs.late.join(", ")
+        )
+    };
+    format!(
+        "The scene was rendered with and without each effect that can be switched off, in turns and with the same random numbers, at \
+         {width}x{height} pixels, in {} of CPU time with all effects: the differences are the cost of the effect{late}.",
+        format_precise_duration(costs.seconds.median)
+    )
+}
+
 /// Formats the change of a picture's mean radiance relative to the reference, in per cent.
 /// `interval` is the ratio of the two. The text is empty if the ratio is indistinguishable from 1.
-pub fn format_light_change(interval: &ConfidenceInterval) -> String {
+fn format_light_change(interval: &ConfidenceInterval) -> String {
     let is_known = interval.low > 1.0 || interval.high < 1.0;
     let change = format!("{:+.1} %", 100.0 * (interval.value - 1.0));
     if is_known && !change.ends_with("0.0 %") {
         change
     } else {
         String::new()
-    }
-}
-
-/// Formats a time, given in seconds, with three significant digits and its unit.
-fn format_duration(seconds: f64) -> String {
-    if seconds < 0.9995 {
-        format!("{} ms", format_number(1e3 * seconds))
-    } else {
-        format!("{} s", format_number(seconds))
     }
 }

@@ -2,142 +2,78 @@
 //! rung (quality level of a setting), each effect and each combination of rungs. Columns that do
 //! not apply to a kind of line are empty.
 
-use raywright_core::accuracy::{
-    AccuracyReport, ConfidenceInterval, EffectCost, MeasuredSetting, MeasuredSettingWithFlags,
-    OutputFormatReport, RungCostReport,
-};
-use raywright_core::bench::SampleQuantiles;
+use raywright_core::accuracy::{AccuracyReport, MeasuredSettingWithFlags};
+use raywright_io::report::{ColumnAlignment, Table};
+use serde::Serialize;
+use serde_json::{Value, json};
 
-use crate::table::{ColumnAlignment, Table, TableRow};
-
-/// Names of the columns, in their order.
-const COLUMNS: [&str; 33] = [
-    "ladder",
-    "rung",
-    "in_use",
-    "flags",
-    "renders",
-    "seconds",
-    "seconds_low",
-    "seconds_high",
-    "tiles",
-    "ratio",
-    "ratio_low",
-    "ratio_high",
-    "rays",
-    "rmse",
-    "rmse_low",
-    "rmse_high",
-    "root_relmse",
-    "root_relmse_low",
-    "root_relmse_high",
-    "bias",
-    "bias_low",
-    "bias_high",
-    "light",
-    "light_low",
-    "light_high",
-    "flip",
-    "own_error",
-    "preparing_seconds",
-    "geometry_bytes",
-    "same_bits",
-    "bytes_per_pixel",
-    "greatest",
-    "clipped",
+/// Columns, each with the places of its figure in the JSON of the different kinds of lines.
+const COLUMNS: [(&str, &[&str]); 33] = [
+    ("ladder", &["/ladder"]),
+    ("rung", &["/rung", "/effect"]),
+    ("in_use", &["/in_use"]),
+    ("flags", &["/flag", "/flags"]),
+    ("renders", &["/measured/renders"]),
+    (
+        "seconds",
+        &[
+            "/measured/seconds/value",
+            "/paid/seconds/median",
+            "/seconds/median",
+            "/seconds_without/median",
+        ],
+    ),
+    (
+        "seconds_low",
+        &[
+            "/measured/seconds/low",
+            "/paid/seconds/lower_quartile",
+            "/seconds/lower_quartile",
+            "/seconds_without/lower_quartile",
+        ],
+    ),
+    (
+        "seconds_high",
+        &[
+            "/measured/seconds/high",
+            "/paid/seconds/upper_quartile",
+            "/seconds/upper_quartile",
+            "/seconds_without/upper_quartile",
+        ],
+    ),
+    ("tiles", &["/measured/tiles"]),
+    (
+        "ratio",
+        &[
+            "/measured/ratio/value",
+            "/paid/ratio/median",
+            "/ratio/median",
+        ],
+    ),
+    ("ratio_low", &["/measured/ratio/low"]),
+    ("ratio_high", &["/measured/ratio/high"]),
+    ("rays", &["/measured/rays"]),
+    ("rmse", &["/measured/errors/rmse/value", "/rmse"]),
+    ("rmse_low", &["/measured/errors/rmse/low"]),
+    ("rmse_high", &["/measured/errors/rmse/high"]),
+    ("root_relmse", &["/measured/errors/root_relmse/value"]),
+    ("root_relmse_low", &["/measured/errors/root_relmse/low"]),
+    ("root_relmse_high", &["/measured/errors/root_relmse/high"]),
+    ("bias", &["/measured/errors/bias/value"]),
+    ("bias_low", &["/measured/errors/bias/low"]),
+    ("bias_high", &["/measured/errors/bias/high"]),
+    ("light", &["/measured/errors/light/value"]),
+    ("light_low", &["/measured/errors/light/low"]),
+    ("light_high", &["/measured/errors/light/high"]),
+    ("flip", &["/measured/flip/value", "/flip"]),
+    ("own_error", &["/own_error/value"]),
+    ("preparing_seconds", &["/paid/preparing/median"]),
+    ("geometry_bytes", &["/paid/geometry"]),
+    ("same_bits", &["/paid/same_bits"]),
+    ("bytes_per_pixel", &["/bytes_per_pixel"]),
+    ("greatest", &["/greatest"]),
+    ("clipped", &["/clipped"]),
 ];
-
-/// A line of the file: the text of each column, empty where the column does not apply.
-struct CsvLine([String; COLUMNS.len()]);
-
-impl CsvLine {
-    fn new(ladder: &str, rung: &str, in_use: bool) -> Self {
-        let line = Self(std::array::from_fn(|_| String::new()));
-        line.with_column("ladder", ladder)
-            .with_column("rung", rung)
-            .with_column("in_use", in_use)
-    }
-
-    /// Sets the text of the column named `column`.
-    fn with_column(mut self, column: &str, value: impl ToString) -> Self {
-        let position = COLUMNS
-            .iter()
-            .position(|&name| name == column)
-            .expect("every column name is an entry of COLUMNS");
-        self.0[position] = value.to_string();
-        self
-    }
-
-    /// Sets the three columns of the time: its median and its quartiles in seconds.
-    fn with_seconds(self, spread: &SampleQuantiles) -> Self {
-        self.with_column("seconds", spread.median)
-            .with_column("seconds_low", spread.lower_quartile)
-            .with_column("seconds_high", spread.upper_quartile)
-    }
-
-    fn with_interval(self, column: &str, interval: &ConfidenceInterval) -> Self {
-        self.with_column(column, interval.value)
-            .with_column(&format!("{column}_low"), interval.low)
-            .with_column(&format!("{column}_high"), interval.high)
-    }
-
-    fn with_measured_setting(self, measured: &MeasuredSetting) -> Self {
-        let errors = &measured.errors;
-        let line = self
-            .with_column("renders", measured.renders)
-            .with_column("tiles", measured.tiles)
-            .with_column("rays", measured.rays)
-            .with_column("flip", measured.flip.value);
-        let all = [
-            ("seconds", &measured.seconds),
-            ("ratio", &measured.ratio),
-            ("rmse", &errors.rmse),
-            ("root_relmse", &errors.relmse.map(f64::sqrt)),
-            ("light", &errors.light),
-        ];
-        let line = all.into_iter().fold(line, |line, (column, interval)| {
-            line.with_interval(column, interval)
-        });
-        errors.bias.iter().fold(line, |line, bias| {
-            line.with_interval("bias", &bias.map(f64::sqrt))
-        })
-    }
-
-    fn with_rung_cost(self, of: &RungCostReport) -> Self {
-        of.rung_cost.iter().fold(self, |line, rung_cost| {
-            line.with_seconds(&rung_cost.seconds)
-                .with_column("ratio", rung_cost.ratio.median)
-                .with_column("preparing_seconds", rung_cost.preparing.median)
-                .with_column("geometry_bytes", rung_cost.geometry)
-                .with_column("same_bits", rung_cost.same_bits)
-        })
-    }
-
-    fn from_output_report(output: &OutputFormatReport) -> Self {
-        let line = Self::new("output", output.rung, output.in_use)
-            .with_column("bytes_per_pixel", output.bytes_per_pixel);
-        let figures = [
-            ("rmse", output.rmse),
-            ("greatest", output.greatest),
-            ("flip", output.flip),
-            ("clipped", output.clipped),
-        ];
-        let line = figures.into_iter().fold(line, |line, (column, value)| {
-            line.with_column(column, value)
-        });
-        output.seconds.iter().fold(line, Self::with_seconds)
-    }
-
-    /// Creates the line of an effect: the render time without the effect, and the ratio of the time
-    /// with the effect to the time without.
-    fn from_effect_cost(effect_cost: &EffectCost) -> Self {
-        let line = Self::new("effect", effect_cost.effect, true)
-            .with_seconds(&effect_cost.seconds_without);
-        line.with_column("ratio", effect_cost.ratio.median)
-            .with_column("rmse", effect_cost.rmse)
-            .with_column("flip", effect_cost.flip)
-    }
-}
 
 /// Formats the file. The lines describe:
 /// - the scene's own setting;
@@ -147,54 +83,61 @@ impl CsvLine {
 /// - output formats (`output`);
 /// - effects (`effect`).
 pub fn format_csv(report: &AccuracyReport) -> String {
-    let mut lines = vec![CsvLine::new("own", "", true).with_measured_setting(&report.own)];
+    let own = json!({ "rung": "", "in_use": true, "measured": report.own });
+    let mut lines = vec![build_line("own", &own)];
     for ladder in &report.ladders {
-        lines.extend(ladder.rungs.iter().map(|rung| {
-            let line = CsvLine::new(ladder.ladder, &rung.rung, rung.in_use)
-                .with_column("flags", rung.flag.as_deref().unwrap_or_default());
-            let line = rung
-                .measured
-                .iter()
-                .fold(line, CsvLine::with_measured_setting);
-            rung.own_error.iter().fold(line, |line, interval| {
-                line.with_column("own_error", interval.value)
-            })
-        }));
+        let rungs = ladder.rungs.iter();
+        lines.extend(rungs.map(|rung| build_line(ladder.ladder, rung)));
     }
     for ladder in &report.prices {
-        lines.extend(ladder.rungs.iter().map(|price| {
-            CsvLine::new(ladder.ladder, &price.rung, price.in_use).with_rung_cost(price)
-        }));
+        let rungs = ladder.rungs.iter();
+        lines.extend(rungs.map(|rung| build_line(ladder.ladder, rung)));
     }
-    lines.extend(report.outputs.iter().map(CsvLine::from_output_report));
-    lines.extend(
-        report
-            .costs
-            .iter()
-            .flat_map(|costs| &costs.effects)
-            .map(CsvLine::from_effect_cost),
-    );
-    let candidate = |kind: &str, each_candidate: &MeasuredSettingWithFlags| {
-        let line = CsvLine::new(kind, "", each_candidate.flags.is_empty())
-            .with_column("flags", each_candidate.flags.join(" "));
-        line.with_measured_setting(&each_candidate.measured)
+    let outputs = report.outputs.iter();
+    lines.extend(outputs.map(|output| build_line("output", output)));
+    let effects = report.costs.iter().flat_map(|costs| &costs.effects);
+    lines.extend(effects.map(|effect| build_line("effect", effect)));
+    let setting = |kind: &str, setting: &MeasuredSettingWithFlags| {
+        let flags = setting.flags.join(" ");
+        let in_use = setting.flags.is_empty();
+        let line =
+            json!({ "rung": "", "in_use": in_use, "flags": flags, "measured": setting.measured });
+        build_line(kind, &line)
     };
-    lines.extend(
-        report
-            .combinations
-            .iter()
-            .map(|each_candidate| candidate("together", each_candidate)),
-    );
-    lines.extend(
-        report
-            .frontier
-            .iter()
-            .map(|each_candidate| candidate("frontier", each_candidate)),
-    );
-    Table::new(
-        [ColumnAlignment::Left; COLUMNS.len()],
-        COLUMNS,
-        lines.into_iter().map(|line| TableRow::from_iter(line.0)),
-    )
-    .to_csv()
+    let together = report.combinations.iter();
+    lines.extend(together.map(|candidate| setting("together", candidate)));
+    let frontier = report.frontier.iter();
+    lines.extend(frontier.map(|candidate| setting("frontier", candidate)));
+    let names = COLUMNS.map(|(name, _)| name);
+    let rows = lines.iter().map(|line| {
+        let cell = |(_, places): (_, &[&str])| {
+            let mut found = places.iter().filter_map(|place| line.pointer(place));
+            found.next().map(format_cell).unwrap_or_default()
+        };
+        COLUMNS.map(cell).into_iter().collect()
+    });
+    Table::new([ColumnAlignment::Left; COLUMNS.len()], names, rows).to_csv()
+}
+
+/// Converts an item of the report to the JSON of its line. Effects are always in use.
+fn build_line(ladder: &str, item: &impl Serialize) -> Value {
+    let mut line = json!({ "in_use": true, "ladder": ladder });
+    if let (Value::Object(line), Ok(Value::Object(item))) = (&mut line, serde_json::to_value(item))
+    {
+        line.extend(item);
+    }
+    line
+}
+
+fn format_cell(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        // Whole numbers have no decimal point.
+        Value::Number(number) => number
+            .as_f64()
+            .map(|number| number.to_string())
+            .unwrap_or_default(),
+        other => other.to_string(),
+    }
 }

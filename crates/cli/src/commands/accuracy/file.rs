@@ -1,23 +1,21 @@
 //! Files of `accuracy`: JSON, CSV, a page or a plot, with everything needed to judge and to repeat
 //! the measurement.
 
-use std::path::Path;
-
 use raywright_core::Settings;
 use raywright_core::accuracy::AccuracyReport;
 use raywright_core::bench::clock::CLOCK_NAME;
 use raywright_core::display::Display;
 use raywright_core::effects::{EffectReport, assess_effects};
-use raywright_io::report::{AccuracyPage, plot_accuracy};
-use raywright_io::{Error, LoadedScene};
+use raywright_io::LoadedScene;
+use raywright_io::report::{
+    AccuracyPage, format_count, format_duration, format_significant_digits, plot_accuracy,
+};
 use serde::Serialize;
 
 use super::csv::format_csv;
 use super::recommendation::{RenderCommand, format_recommendation};
 use crate::console;
-use crate::failure::Failure;
 use crate::machine::processor_name;
-use crate::numbers::{format_count, format_duration, format_significant_digits};
 use crate::origin::command_line;
 
 /// Version of the layout of [`AccuracyDocument`]. Since version 4, all errors are roots of mean
@@ -40,25 +38,13 @@ pub enum AccuracyFileKind {
 }
 
 impl AccuracyFileKind {
-    /// Selects the content by the extension of a file name. Fails with a usage error for an unknown
-    /// extension.
-    pub fn from_path(path: &Path) -> Result<Self, Failure> {
-        let ending = path
-            .extension()
-            .map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-        match ending.as_deref() {
-            Some("json") => Ok(Self::Json),
-            Some("csv") => Ok(Self::Csv),
-            Some("html") => Ok(Self::Html),
-            Some("svg") => Ok(Self::Svg),
-            _ => Err(Error::invalid_usage(format_args!(
-                "{}: the extension of this name is no known output format",
-                path.display()
-            ))
-            .with_hint("use a name that ends in .html, .csv, .json or .svg")
-            .into()),
-        }
-    }
+    /// Kinds of files, each with the extension that selects it.
+    pub const ALL: [(&'static str, Self); 4] = [
+        ("html", Self::Html),
+        ("csv", Self::Csv),
+        ("json", Self::Json),
+        ("svg", Self::Svg),
+    ];
 }
 
 /// Report of a measurement, with its scene, its machine and its commands.
@@ -160,7 +146,8 @@ impl<'a> AccuracyDocument<'a> {
         }
     }
 
-    fn to_page(&self) -> AccuracyPage<'_> {
+    /// Returns the content of the page, whose sections the terminal shows too.
+    pub fn to_page(&self) -> AccuracyPage<'_> {
         let Self {
             scene,
             circumstances,

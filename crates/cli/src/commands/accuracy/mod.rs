@@ -25,7 +25,7 @@ use crate::plan::{self, RungChoices};
 use crate::preparation::prepare_failure;
 use crate::progress::StepProgress;
 use crate::session::Session;
-use crate::targets::OutputFiles;
+use crate::targets::{OutputFiles, select_by_extension};
 use crate::{origin, scene_input};
 use file::{AccuracyDocument, AccuracyFileKind};
 
@@ -67,11 +67,7 @@ pub fn run(mut session: Session, args: &AccuracyArgs) -> Result<(), Failure> {
             session.write_report(path, &text)?;
         }
     }
-    console::print(if args.json {
-        console::format_json(&document)
-    } else {
-        text::format_report(&document)
-    })?;
+    console::print_report(args.json, &document, || text::format_report(&document))?;
     if is_stopped {
         return Err(Failure::new(
             Exit::Interrupted,
@@ -88,7 +84,8 @@ fn resolve_report_files<'a>(
 ) -> Result<Vec<(&'a Path, AccuracyFileKind)>, Failure> {
     let mut files = Vec::new();
     for path in &args.output {
-        files.push((path.as_path(), AccuracyFileKind::from_path(path)?));
+        let kind = select_by_extension(path, &AccuracyFileKind::ALL)?;
+        files.push((path.as_path(), kind));
         outputs.add_output(path, "-o")?;
     }
     Ok(files)

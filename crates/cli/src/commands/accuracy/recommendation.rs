@@ -2,9 +2,8 @@
 //! settings.
 
 use raywright_core::accuracy::{AccuracyReport, MeasuredSetting, Recommendation, Recommendations};
-use raywright_io::report::format_uncertain;
+use raywright_io::report::{format_duration, format_significant_digits, format_uncertain};
 
-use crate::numbers::{format_duration, format_significant_digits};
 use crate::origin::quote_for_shell;
 
 /// Command line of `render` for a scene, in two parts: the part common to all settings, and the

@@ -1,13 +1,14 @@
 //! Plot of `bench`: time per ray against the number N of primitives, for linear scan and tree. A
 //! mark shows the least N at which the tree is faster.
 
-use crate::numbers::format_three_digits;
 use raywright_core::bench::{
     Crossover, GeneratedPrimitive, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming,
 };
+use raywright_io::report::{
+    Plot, PlotAxis, PlotLine, PlotMark, PlotPoint, ThemeColour, format_three_digits,
+};
 
 use super::report::BenchReport;
-use raywright_io::report::{Plot, PlotAxis, PlotLine, PlotMark, PlotPoint, ThemeColour};
 
 /// Draws the lines of all series in a plot and returns its SVG text.
 pub fn draw_bench_plot(series: &[GeneratedSceneTimings], report: &BenchReport) -> String {

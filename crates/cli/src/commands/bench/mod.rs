@@ -7,7 +7,6 @@ mod report;
 mod text;
 
 use std::ffi::OsStr;
-use std::path::Path;
 
 use raywright_core::bench::{
     BenchError, BenchOptions, ScanTreeTiming, compare_scene, generated_sizes, measure_generated,
@@ -33,8 +32,8 @@ const SCENE_ROWS: usize = 2;
 /// Runs `bench`: measures, and prints a table or JSON.
 pub fn run(mut session: Session, args: &BenchArgs) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
-        require_svg_extension(path)?;
-        session.outputs.add_output(path, "-o")?;
+        let kind = ("svg", "the plot is an SVG file");
+        session.outputs.add_output_of_type(path, "-o", kind)?;
     }
     let report = match &args.scene {
         Some(name) => measure_scene(args, name, &mut session)?,
@@ -43,26 +42,10 @@ pub fn run(mut session: Session, args: &BenchArgs) -> Result<(), Failure> {
     if let (Some(path), BenchMeasurements::Generated(series)) = (&args.plot, &report.measured) {
         session.write_report(path, &chart::draw_bench_plot(series, &report))?;
     }
-    let text = match (args.json, args.markdown) {
-        (true, _) => console::format_json(&report),
-        (_, true) => text::format_markdown(&report),
-        _ => text::format_plain(&report),
-    };
-    console::print(text)
-}
-
-fn require_svg_extension(path: &Path) -> Result<(), Failure> {
-    if path
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
-    {
-        return Ok(());
-    }
-    Err(Error::invalid_usage(format_args!(
-        "{}: the plot is an SVG file; use a name that ends in .svg",
-        path.display()
-    ))
-    .into())
+    console::print_report(args.json, &report, || match args.markdown {
+        true => text::format_markdown(&report),
+        false => text::format_plain(&report),
+    })
 }
 
 /// Returns the options of the measurement. The length of a timing sample is chosen such that `rows`

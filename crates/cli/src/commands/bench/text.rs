@@ -4,39 +4,40 @@ use raywright_core::bench::{
     Crossover, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming, SceneComparison,
 };
 use raywright_io::format_bytes;
+use raywright_io::report::{ReportSection, format_median, format_three_digits};
 
 use super::report::{BenchMeasurements, BenchReport};
 use crate::console;
-use crate::numbers::{format_median, format_three_digits};
 use crate::table::{ColumnAlignment, Table, wrap_paragraph};
-
-/// A table with a heading above and notes below.
-struct AnnotatedTable {
-    heading: String,
-    table: Table,
-    notes: Vec<String>,
-}
 
 /// Formats the report for a terminal.
 pub fn format_plain(report: &BenchReport) -> String {
-    let preamble = report
-        .format_preamble()
-        .into_iter()
-        .map(|line| wrap_paragraph(&line) + "\n");
+    let room = console::line_width();
+    let preamble = report.format_preamble().into_iter();
     preamble
-        .chain(build_tables(report).iter().map(AnnotatedTable::to_plain))
+        .map(|line| wrap_paragraph(&line) + "\n")
+        .chain(
+            build_sections(report)
+                .iter()
+                .map(|section| section.to_text(room)),
+        )
         .collect()
 }
 
 /// Formats the report as Markdown.
 pub fn format_markdown(report: &BenchReport) -> String {
-    let preamble = report.format_preamble().into_iter().map(|line| line + "\n");
+    let preamble = report.format_preamble().into_iter();
     preamble
-        .chain(build_tables(report).iter().map(AnnotatedTable::to_markdown))
+        .map(|line| line + "\n")
+        .chain(
+            build_sections(report)
+                .iter()
+                .map(ReportSection::to_markdown),
+        )
         .collect()
 }
 
-fn build_tables(report: &BenchReport) -> Vec<AnnotatedTable> {
+fn build_sections(report: &BenchReport) -> Vec<ReportSection> {
     match &report.measured {
         BenchMeasurements::Generated(series) => series
             .iter()
@@ -52,7 +53,7 @@ fn build_tables(report: &BenchReport) -> Vec<AnnotatedTable> {
 /// Headings of the columns with times of scan and tree, and with their ratio.
 const TIME_HEADINGS: [&str; 3] = ["scan, ns/ray", "tree, ns/ray", "scan : tree"];
 
-fn build_series_table(series: &GeneratedSceneTimings, report: &BenchReport) -> AnnotatedTable {
+fn build_series_table(series: &GeneratedSceneTimings, report: &BenchReport) -> ReportSection {
     let [scan, tree, ratio] = TIME_HEADINGS;
     let names = [
         "N",
@@ -83,8 +84,9 @@ fn build_series_table(series: &GeneratedSceneTimings, report: &BenchReport) -> A
     notes.extend(series.tree_growth.map(|law| describe_growth("tree", &law)));
     notes.extend(series.scan_growth.map(|law| describe_growth("scan", &law)));
     notes.extend(describe_skipped_scans(series.rows.iter(), report));
-    AnnotatedTable {
-        heading: capitalise(series.kind.name()),
+    ReportSection {
+        explanation: String::new(),
+        title: capitalise(series.kind.name()),
         table: Table::new(
             [ColumnAlignment::Right; 7],
             names,
@@ -111,7 +113,7 @@ fn describe_crossover(crossover: Option<Crossover>) -> String {
 }
 
 /// Builds the table of build times and memory of a series.
-fn build_series_cost_table(series: &GeneratedSceneTimings) -> AnnotatedTable {
+fn build_series_cost_table(series: &GeneratedSceneTimings) -> ReportSection {
     let names = [
         "N",
         "scan: build, ms",
@@ -130,8 +132,9 @@ fn build_series_cost_table(series: &GeneratedSceneTimings) -> AnnotatedTable {
             .into_iter()
             .collect()
     };
-    AnnotatedTable {
-        heading: format!("{}: build and memory", capitalise(series.kind.name())),
+    ReportSection {
+        explanation: String::new(),
+        title: format!("{}: build and memory", capitalise(series.kind.name())),
         table: Table::new(
             [ColumnAlignment::Right; 5],
             names,
@@ -141,7 +144,7 @@ fn build_series_cost_table(series: &GeneratedSceneTimings) -> AnnotatedTable {
     }
 }
 
-fn build_scene_table(comparison: &SceneComparison, report: &BenchReport) -> AnnotatedTable {
+fn build_scene_table(comparison: &SceneComparison, report: &BenchReport) -> ReportSection {
     let [scan, tree, ratio] = TIME_HEADINGS;
     let names = [
         "rays",
@@ -184,14 +187,15 @@ fn build_scene_table(comparison: &SceneComparison, report: &BenchReport) -> Anno
     let rows = [cells("camera", &comparison.camera)]
         .into_iter()
         .chain(comparison.bounce.iter().map(|row| cells("bounce", row)));
-    AnnotatedTable {
-        heading: "Scan against tree".to_owned(),
+    ReportSection {
+        explanation: String::new(),
+        title: "Scan against tree".to_owned(),
         table: Table::new(columns, names, rows),
         notes,
     }
 }
 
-fn build_scene_cost_table(comparison: &SceneComparison) -> AnnotatedTable {
+fn build_scene_cost_table(comparison: &SceneComparison) -> ReportSection {
     let row = &comparison.camera;
     let cells = |(name, cost): (&str, Option<QueryCost>)| {
         let [build, bytes] = format_build_cost_cells(cost, |bytes| format_bytes(bytes as u64));
@@ -199,8 +203,9 @@ fn build_scene_cost_table(comparison: &SceneComparison) -> AnnotatedTable {
     };
     let structures = [("scan", row.scan), ("tree", Some(row.tree))];
     let names = ["structure", "build from objects, ms", "memory"];
-    AnnotatedTable {
-        heading: format!("Build and memory, {} primitives", row.primitives),
+    ReportSection {
+        explanation: String::new(),
+        title: format!("Build and memory, {} primitives", row.primitives),
         table: Table::new(
             [
                 ColumnAlignment::Left,
@@ -272,35 +277,6 @@ fn capitalise(word: &str) -> String {
         .next()
         .map(|first| first.to_uppercase().chain(letters).collect())
         .unwrap_or_default()
-}
-
-impl AnnotatedTable {
-    fn to_plain(&self) -> String {
-        let notes: String = self
-            .notes
-            .iter()
-            .map(|note| wrap_paragraph(note) + "\n")
-            .collect();
-        format!(
-            "\n{}\n{}{notes}",
-            self.heading,
-            self.table.to_text(console::line_width())
-        )
-    }
-
-    fn to_markdown(&self) -> String {
-        let notes: String = self
-            .notes
-            .iter()
-            .map(|note| format!("- {note}\n"))
-            .collect();
-        let gap = if notes.is_empty() { "" } else { "\n" };
-        format!(
-            "\n### {}\n\n{}{gap}{notes}",
-            self.heading,
-            self.table.to_markdown()
-        )
-    }
 }
 
 #[cfg(test)]

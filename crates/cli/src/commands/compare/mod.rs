@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use raywright_core::display::Display;
 use raywright_core::metrics::{ComparedPicture, Comparison, NoiseTestResult, compare, heat_map};
 use raywright_core::picture::{DataWindow, Picture};
-use raywright_io::output::{PictureFormat, PictureMetadata, StoredPicture, write_png};
+use raywright_io::output::{PictureMetadata, StoredPicture, write_png};
 use raywright_io::{Error, InputFiles};
 use serde::Serialize;
 
@@ -196,15 +196,8 @@ fn check_diff_target(
     args: &CompareArgs,
     outputs: &mut OutputFiles,
 ) -> Result<(), Failure> {
-    if PictureFormat::from_path(path)? != PictureFormat::Png {
-        return Err(Error::invalid_usage(format_args!(
-            "{}: --diff writes a PNG file; use a name that ends in .png",
-            path.display()
-        ))
-        .into());
-    }
     let mut inputs = InputFiles::default();
-    outputs.add_output(path, "--diff")?;
+    outputs.add_output_of_type(path, "--diff", ("png", "--diff writes a PNG file"))?;
     inputs.record_read(&args.picture);
     inputs.record_read(&args.reference);
     outputs.check_against_inputs(&inputs)

@@ -7,11 +7,11 @@ use raywright_core::display::Display;
 use raywright_core::metrics::{NoiseTestResult, PictureWithErrors};
 use raywright_core::picture::{Encoding, Picture};
 use raywright_io::output::{PictureMetadata, StoredFilm, StoredPicture, read_film, read_picture};
+use raywright_io::report::{format_four_digits, format_significant_digits};
 use raywright_io::{Error, Limits};
 
 use crate::args::names;
 use crate::failure::Failure;
-use crate::numbers::{format_four_digits, format_significant_digits};
 
 /// A picture of a comparison, with the standard errors of its pixels.
 pub struct ComparisonPicture {

@@ -2,9 +2,9 @@
 
 use raywright_core::metrics::{Comparison, WorstPixel};
 use raywright_core::picture::{DataWindow, Encoding};
+use raywright_io::report::format_four_digits;
 
-use crate::numbers::format_four_digits;
-use crate::table::format_columns;
+use crate::table::format_rows;
 
 /// Formats the table of a comparison. Rows without text are left out. The texts of three rows are
 /// given: the data windows, the display settings, and the result of the test for noise.
@@ -54,12 +54,7 @@ pub fn format_table(comparison: &Comparison, [place, shown, noise]: [String; 3])
         ("noise", noise),
         ("not finite", describe_non_finite(errors.non_finite)),
     ];
-    let rows: Vec<[String; 2]> = rows
-        .into_iter()
-        .filter(|(_, text)| !text.is_empty())
-        .map(|(name, text)| [name.to_owned(), text])
-        .collect();
-    format_columns(&rows)
+    format_rows(rows)
 }
 
 /// Describes the size of the compared pictures and the numbers of their pixels.

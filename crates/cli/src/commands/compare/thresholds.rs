@@ -1,7 +1,7 @@
 //! Thresholds of `compare`: the measures of a difference that exceed the limits of its flags.
 
-use crate::numbers::format_four_digits;
 use raywright_core::metrics::{Comparison, CoverageErrors, PictureErrors};
+use raywright_io::report::format_four_digits;
 
 /// Limits of the measures of a difference, each from a flag; `None` without the flag.
 pub struct Thresholds {

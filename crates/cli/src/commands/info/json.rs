@@ -1,27 +1,30 @@
 //! `info` as JSON: the content of the table of `info`, as numbers and lists for scripts.
 
+use std::collections::BTreeMap;
+
+use raywright_core::extent::SceneExtent;
 use raywright_core::scene::{Image, Shape};
 use raywright_core::{Scene, SceneLookup, Settings, estimate_scene_memory, measure_scene_extent};
 use raywright_io::LoadedScene;
 use serde::Serialize;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 /// Contents of a scene or model file. A list is empty if the file has no item of its kind.
 #[derive(Serialize)]
 pub struct FileInfo {
     /// Version of the layout of this structure.
     format: u32,
-    file: String,
+    pub file: String,
     /// File format.
-    notation: &'static str,
-    title: String,
+    pub notation: &'static str,
+    pub title: String,
     /// Width and height in pixels of a picture rendered without flags.
     size: [u32; 2],
-    cameras: Vec<String>,
+    pub cameras: Vec<String>,
     /// Number of lights and number of objects, by kind.
-    lights: Map<String, Value>,
-    objects: Map<String, Value>,
-    triangles: TriangleCounts,
+    pub lights: BTreeMap<&'static str, usize>,
+    pub objects: BTreeMap<&'static str, usize>,
+    pub triangles: TriangleCounts,
     materials: Vec<String>,
     textures: usize,
     images: Vec<Value>,
@@ -30,20 +33,23 @@ pub struct FileInfo {
     animations: Vec<Value>,
     extensions: Vec<Value>,
     /// Least and greatest corner of the box around all bounded shapes; null without bounded shapes.
-    bounds: Option<[[f64; 3]; 2]>,
+    pub bounds: Option<[[f64; 3]; 2]>,
+    /// Number of shapes without bounds.
+    #[serde(skip)]
+    pub unbounded: usize,
     /// Upper bound of a render's memory in bytes, for each part such as `geometry`.
-    memory: Map<String, Value>,
-    hash: String,
+    memory: BTreeMap<&'static str, u64>,
+    pub hash: String,
 }
 
 /// Numbers of mesh triangles and of meshes.
 #[derive(Serialize)]
-struct TriangleCounts {
+pub struct TriangleCounts {
     /// Number of triangles of all meshes, each mesh counted once.
-    stored: usize,
+    pub stored: usize,
     /// Number of triangles of all listed objects, with each instance of a mesh counted.
-    shown: usize,
-    meshes: usize,
+    pub shown: usize,
+    pub meshes: usize,
 }
 
 impl FileInfo {
@@ -51,7 +57,7 @@ impl FileInfo {
     pub fn from_loaded(loaded: &LoadedScene) -> Self {
         let (scene, contents) = (&loaded.scene, &loaded.contents);
         let settings = Settings::from_scene(scene);
-        let bounds = measure_scene_extent(scene, settings.precision).bounds;
+        let SceneExtent { bounds, unbounded } = measure_scene_extent(scene, settings.precision);
         let animation = |info: &raywright_io::AnimationInfo| json!({ "name": info.name, "seconds": info.seconds });
         let extension = |info: &raywright_io::ExtensionInfo| json!({ "name": info.name, "required": info.required, "read": info.is_supported });
         Self {
@@ -89,27 +95,25 @@ impl FileInfo {
             variants: contents.variants.clone(),
             animations: contents.animations.iter().map(animation).collect(),
             extensions: contents.extensions.iter().map(extension).collect(),
+            unbounded,
             bounds: (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
             memory: estimate_scene_memory(scene, &settings)
                 .bytes_by_purpose()
                 .into_iter()
-                .map(|(name, bytes)| (name.to_owned(), bytes.into()))
                 .collect(),
             hash: loaded.hash.to_string(),
         }
     }
 }
 
-fn count_by_kind<'a>(kinds: impl Iterator<Item = &'a str>) -> Map<String, Value> {
-    let mut counts = Map::new();
-    for kind in kinds {
-        let count = counts.get(kind).and_then(Value::as_u64).unwrap_or_default();
-        counts.insert(kind.to_owned(), (count + 1).into());
-    }
+/// Counts the items of each kind.
+pub fn count_by_kind(kinds: impl Iterator<Item = &'static str>) -> BTreeMap<&'static str, usize> {
+    let mut counts = BTreeMap::new();
+    kinds.for_each(|kind| *counts.entry(kind).or_default() += 1);
     counts
 }
 
-fn count_triangles(scene: &Scene) -> TriangleCounts {
+pub fn count_triangles(scene: &Scene) -> TriangleCounts {
     let lookup = SceneLookup::new(scene);
     let triangle_count = |name: &str| lookup.mesh_data(name).map_or(0, |data| data.indices.len());
     let shown = scene.objects.iter().map(|object| {

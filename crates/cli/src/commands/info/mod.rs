@@ -6,21 +6,18 @@ mod picture;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use glam::DVec3;
-use raywright_core::extent::SceneExtent;
 use raywright_core::scene::{LightKind, MaterialModel, SamplePattern, Shape, Sky};
-use raywright_core::{
-    Scene, SceneLookup, Settings, estimate_scene_memory, generate, measure_scene_extent,
-};
+use raywright_core::{Scene, Settings, estimate_scene_memory, generate};
+use raywright_io::report::{format_count, format_four_digits, format_memory_parts};
 use raywright_io::{AnimationInfo, ExtensionInfo, LoadedScene, SceneFormat, SceneNotation};
 
 use crate::args::InfoArgs;
 use crate::console;
 use crate::failure::Failure;
-use crate::numbers::{format_count, format_four_digits, format_memory_parts};
 use crate::plan;
 use crate::session::Session;
-use crate::table::format_columns;
+use crate::table::format_rows;
+use json::{FileInfo, TriangleCounts, count_by_kind};
 
 /// Runs `info`: prints the contents of a file as a table or as JSON.
 pub fn run(mut session: Session, args: &InfoArgs) -> Result<(), Failure> {
@@ -30,19 +27,19 @@ pub fn run(mut session: Session, args: &InfoArgs) -> Result<(), Failure> {
     let options = plan::build_load_options(&args.changes, None);
     let loaded = session.load(&args.scene, &options)?;
     session.notes.print_kept_messages();
-    console::print(if args.json {
-        console::format_json(&json::FileInfo::from_loaded(&loaded))
-    } else {
-        format_columns(&format_table_rows(&loaded))
-    })
+    let info = FileInfo::from_loaded(&loaded);
+    console::print_report(args.json, &info, || format_table(&loaded, &info))
 }
 
-fn format_table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
+/// Formats the table: the contents of the JSON as text, and further contents of a scene.
+fn format_table(loaded: &LoadedScene, info: &FileInfo) -> String {
     let scene = &loaded.scene;
+    let materials = scene.materials.iter();
+    let materials = materials.map(|material| material_model_kind(&material.model));
     let rows = [
-        ("file", loaded.source.name.clone()),
-        ("format", scene_format_name(loaded.source.format).to_owned()),
-        ("title", scene.title.clone()),
+        ("file", info.file.clone()),
+        ("format", info.notation.to_owned()),
+        ("title", info.title.clone()),
         ("picture", describe_render_size(scene)),
         (
             "parameters",
@@ -53,30 +50,13 @@ fn format_table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
                     .map(|(name, value)| format!("{name} = {value}")),
             ),
         ),
-        (
-            "cameras",
-            format_named_count(scene.cameras.iter().map(|camera| camera.name.as_str())),
-        ),
-        (
-            "lights",
-            format_kind_counts(scene.lights.iter().map(|light| light_kind(&light.kind))),
-        ),
+        ("cameras", format_named_count(&info.cameras)),
+        ("lights", format_kind_counts(&info.lights)),
         ("sky", describe_file_sky(loaded)),
-        (
-            "objects",
-            format_kind_counts(scene.objects.iter().map(|object| shape_kind(&object.shape))),
-        ),
+        ("objects", format_kind_counts(&info.objects)),
         ("generated", list_generated_objects(scene)),
-        ("triangles", describe_triangles(scene)),
-        (
-            "materials",
-            format_kind_counts(
-                scene
-                    .materials
-                    .iter()
-                    .map(|material| material_model_kind(&material.model)),
-            ),
-        ),
+        ("triangles", describe_triangles(&info.triangles)),
+        ("materials", format_kind_counts(&count_by_kind(materials))),
         ("textures", format_nonzero(scene.textures.len())),
         ("images", list_images(scene)),
         ("scenes", format_indexed_names(&loaded.contents.scenes)),
@@ -93,40 +73,31 @@ fn format_table_rows(loaded: &LoadedScene) -> Vec<[String; 2]> {
             join_items(loaded.contents.extensions.iter().map(describe_extension)),
         ),
     ];
+    let hash = ("hash", info.hash.clone());
     let rows = rows
         .into_iter()
-        .chain(format_bounds_and_memory(scene))
-        .chain([("hash", loaded.hash.to_string())]);
-    rows.filter(|(_, text)| !text.is_empty())
-        .map(|(name, text)| [name.to_owned(), text])
-        .collect()
+        .chain(format_bounds_and_memory(scene, info));
+    format_rows(rows.chain([hash]))
 }
 
 /// Returns two rows: the bounds of the whole scene, and an upper bound of a render's memory. Both
 /// are computed from the scene's data without building an accelerator, which would be slow for
 /// models of millions of triangles.
-fn format_bounds_and_memory(scene: &Scene) -> [(&'static str, String); 2] {
+fn format_bounds_and_memory(scene: &Scene, info: &FileInfo) -> [(&'static str, String); 2] {
     let settings = Settings::from_scene(scene);
-    let SceneExtent { bounds, unbounded } = measure_scene_extent(scene, settings.precision);
-    let corner = |point: DVec3| point.to_array().map(format_four_digits).join(", ");
-    let box_around = if bounds.is_empty() {
-        String::new()
-    } else {
-        format!("{}  to  {}", corner(bounds.min), corner(bounds.max))
+    let corner = |point: [f64; 3]| point.map(format_four_digits).join(", ");
+    let bounds = info
+        .bounds
+        .map(|[least, most]| format!("{}  to  {}", corner(least), corner(most)));
+    let unbounded = match info.unbounded {
+        0 => None,
+        n => Some(format!("{n} without bounds")),
     };
-    let unbounded_text = match unbounded {
-        0 => String::new(),
-        n => format!(
-            "{}{n} without bounds",
-            if box_around.is_empty() { "" } else { ", and " }
-        ),
-    };
+    let bounds: Vec<String> = bounds.into_iter().chain(unbounded).collect();
+    let memory = estimate_scene_memory(scene, &settings).bytes_by_purpose();
     [
-        ("bounds", box_around + &unbounded_text),
-        (
-            "memory",
-            format_memory_parts(&estimate_scene_memory(scene, &settings).bytes_by_purpose()),
-        ),
+        ("bounds", bounds.join(", and ")),
+        ("memory", format_memory_parts(&memory)),
     ]
 }
 
@@ -198,14 +169,8 @@ fn describe_extension(info: &ExtensionInfo) -> String {
 }
 
 /// Formats the number of items and the names of those that have a name: `3: front, side`.
-fn format_named_count<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    let names: Vec<&str> = names.collect();
-    let given = join_items(
-        names
-            .iter()
-            .filter(|name| !name.is_empty())
-            .map(|&name| name.to_owned()),
-    );
+fn format_named_count(names: &[String]) -> String {
+    let given = join_items(names.iter().filter(|name| !name.is_empty()).cloned());
     if given.is_empty() {
         format_nonzero(names.len())
     } else {
@@ -215,11 +180,9 @@ fn format_named_count<'a>(names: impl Iterator<Item = &'a str>) -> String {
 
 /// Formats the total and the count of each kind of item: `6: 5 sphere, 1 plane`; `6 sphere` for a
 /// single kind.
-fn format_kind_counts<'a>(kinds: impl Iterator<Item = &'a str>) -> String {
-    let mut counts = BTreeMap::<&str, usize>::new();
-    kinds.for_each(|kind| *counts.entry(kind).or_default() += 1);
+fn format_kind_counts(counts: &BTreeMap<&str, usize>) -> String {
     let total: usize = counts.values().sum();
-    let mut counts: Vec<(&str, usize)> = counts.into_iter().collect();
+    let mut counts: Vec<_> = counts.iter().collect();
     counts.sort_by_key(|&(_, n)| std::cmp::Reverse(n));
     let several = counts.len() > 1;
     let list = join_items(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")));
@@ -302,31 +265,20 @@ fn list_generated_objects(scene: &Scene) -> String {
 
 /// Formats the number of mesh triangles with each mesh counted once, and the number with all
 /// instances where the two differ.
-fn describe_triangles(scene: &Scene) -> String {
-    let lookup = SceneLookup::new(scene);
-    let triangle_count = |name: &str| lookup.mesh_data(name).map(|data| data.indices.len());
-    let meshes: Vec<usize> = scene
-        .meshes
-        .iter()
-        .filter_map(|mesh| triangle_count(&mesh.name))
-        .collect();
-    let stored: usize = meshes.iter().sum();
-    let shown = scene
-        .objects
-        .iter()
-        .filter_map(|object| match &object.shape {
-            Shape::Mesh(name) => triangle_count(name),
-            _ => None,
-        });
-    match (meshes.len(), shown.sum::<usize>()) {
-        (0, _) => String::new(),
-        (n, shown) => {
-            let instances = match shown == stored {
-                true => String::new(),
-                false => format!(", {shown} shown when each instance is counted"),
-            };
-            format!("{stored} in {}{instances}", format_count(n, "mesh"))
-        }
+fn describe_triangles(triangles: &TriangleCounts) -> String {
+    let &TriangleCounts {
+        stored,
+        shown,
+        meshes,
+    } = triangles;
+    let instances = if shown == stored {
+        String::new()
+    } else {
+        format!(", {shown} shown when each instance is counted")
+    };
+    match meshes {
+        0 => String::new(),
+        n => format!("{stored} in {}{instances}", format_count(n, "mesh")),
     }
 }
 

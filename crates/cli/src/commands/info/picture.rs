@@ -15,7 +15,7 @@ use crate::console;
 use crate::failure::Failure;
 use crate::origin;
 use crate::plan;
-use crate::table::format_columns;
+use crate::table::format_rows;
 
 /// Version of the layout of [`PictureInfo`].
 const FORMAT: u32 = 1;
@@ -58,11 +58,7 @@ pub fn run(path: &Path, as_json: bool) -> Result<(), Failure> {
         let stored = read_picture(path, &limits)?;
         PictureInfo::new(path, stored.format_name, &stored.picture, stored.metadata())
     };
-    console::print(if as_json {
-        console::format_json(&picture_facts)
-    } else {
-        format_columns(&picture_facts.format_table_rows())
-    })
+    console::print_report(as_json, &picture_facts, || picture_facts.format_table())
 }
 
 impl PictureInfo {
@@ -123,7 +119,7 @@ impl PictureInfo {
         }
     }
 
-    fn format_table_rows(&self) -> Vec<[String; 2]> {
+    fn format_table(&self) -> String {
         let [width, height] = self.size;
         let rows = [
             ("file", self.file.clone()),
@@ -156,10 +152,7 @@ impl PictureInfo {
             ("command", self.command.clone()),
             ("scene hash", self.scene_hash.clone()),
         ];
-        rows.into_iter()
-            .filter(|(_, text)| !text.is_empty())
-            .map(|(name, text)| [name.to_owned(), text])
-            .collect()
+        format_rows(rows)
     }
 }
 

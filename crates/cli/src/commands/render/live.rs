@@ -42,8 +42,8 @@ impl LivePreviews {
                 .map_err(|cause| refused(cause, &address.host, address.port))
         };
         let (preview, tev) = (
-            task.preview.clone(),
-            task.display.as_ref().map(connect).transpose()?,
+            task.files.preview.clone(),
+            task.files.tev.as_ref().map(connect).transpose()?,
         );
         Ok(Self {
             preview,

@@ -18,14 +18,14 @@ use raywright_core::ladder::RungValue;
 use raywright_core::settings::Settings;
 use raywright_core::{ReadyScene, RenderOutput};
 use raywright_io::output::{PictureFormat, PictureMetadata, pixel_hash};
-use raywright_io::{Error, LoadOptions, LoadedScene};
+use raywright_io::{LoadOptions, LoadedScene};
 
 use crate::console;
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::plan::{PicturePlan, RenderTask};
 use crate::session::Session;
-use crate::targets::{OutputFiles, OutputTarget};
+use crate::targets::OutputTarget;
 use crate::{origin, scene_input};
 use film::FilmRender;
 use live::LivePreviews;
@@ -55,7 +55,7 @@ fn picture_metadata(
     rendered: &RenderOutput,
     noisy: Option<&Uncertainty>,
 ) -> PictureMetadata {
-    match task.has_metadata {
+    match task.files.has_metadata {
         true => PictureMetadata {
             error: origin::format_error_metadata(noisy, rendered, film_render.film()),
             ..film_render.metadata().clone()
@@ -73,7 +73,7 @@ fn print_pixel_hash(
     files: &[String],
     name: &str,
 ) -> Result<(), Failure> {
-    if !task.hash {
+    if !task.files.hash {
         return Ok(());
     }
     let shown = match display.linear_background() {
@@ -150,28 +150,46 @@ fn note_picture(
     messages::note_exposure(rendered, plan, targets, notes);
 }
 
-/// Refuses outputs that cannot hold the requested data, before the scene is loaded.
+/// Refuses outputs that cannot hold the requested data, before the scene is loaded: text and a
+/// picture on standard output, a picture on a terminal, layers without a file that holds them,
+/// coverage in JPEG files, and linear values in any format but OpenEXR.
 fn check_targets(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
-    refuse_terminal(task, targets)?;
-    refuse_layers_without_file(task, targets)?;
-    refuse_transparent_jpegs(task, targets)?;
-    require_exr_for_linear(task, targets)
+    let is_stdout = targets.contains(&OutputTarget::Stdout);
+    let has_layers = targets.iter().any(OutputTarget::has_layers);
+    let all = |holds: fn(&OutputTarget) -> bool| targets.iter().all(holds);
+    Failure::refuse_if(
+        is_stdout && task.files.hash,
+        "-o - and --hash both write to standard output",
+        "name a file with -o",
+    )?;
+    Failure::refuse_if(
+        is_stdout && io::stdout().is_terminal(),
+        "standard output is a terminal, which cannot show a PNG",
+        "send the PNG to a file or a program: raywright render -o - > picture.png",
+    )?;
+    Failure::refuse_if(
+        !task.layers.is_empty() && task.film.checkpoint.is_none() && !has_layers,
+        "--aov adds layers to .exr pictures, and no .exr picture is written",
+        "add an .exr picture: -o picture.exr",
+    )?;
+    Failure::refuse_if(
+        task.is_transparent() && !all(OutputTarget::has_coverage),
+        "--background transparent: a JPEG has no transparency",
+        "name a picture that ends in .png or .webp, or choose a colour, such as --background white",
+    )?;
+    Failure::refuse_if(
+        wants_linear_output(task) && !all(OutputTarget::has_layers),
+        "--rung output=float writes linear values, which .exr files alone can hold",
+        "name pictures that end in .exr, or leave out --rung output=float",
+    )
 }
 
-/// Refuses `-o -` on a terminal, and together with `--hash`, which prints text to standard output
-/// too.
-fn refuse_terminal(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
-    if targets.contains(&OutputTarget::Stdout) && task.hash {
-        let error = Error::invalid_usage("-o - and --hash both write to standard output");
-        return Err(error.with_hint("name a file with -o").into());
-    }
-    if targets.contains(&OutputTarget::Stdout) && io::stdout().is_terminal() {
-        let error = Error::invalid_usage("standard output is a terminal, which cannot show a PNG");
-        return Err(error
-            .with_hint("send the PNG to a file or a program: raywright render -o - > picture.png")
-            .into());
-    }
-    Ok(())
+/// Whether `--rung output=float` requests linear values in all output files.
+fn wants_linear_output(task: &RenderTask) -> bool {
+    task.choices
+        .rungs
+        .iter()
+        .any(|choice| choice.value() == RungValue::Output(OutputFormat::Float))
 }
 
 /// Refuses `--denoise` for a fixed sample pattern and for too few samples, and adds a hint if no
@@ -190,114 +208,20 @@ fn refuse_impossible_denoising(
         notes.add_hint(
             "--denoise has no effect: no sample of this picture is random, so that the picture has no noise",
         );
-    } else if settings.sampling.is_fixed() {
-        let error = Error::invalid_usage(
-            "--denoise cannot estimate the noise, because the scene has a fixed pattern of samples",
-        );
-        return Err(error
-            .with_hint("add --spp with another number of samples than the fixed pattern has, such as --spp 16: random samples then replace the pattern")
-            .into());
-    } else if settings.sampling.samples_per_pixel() < FEWEST_SAMPLES {
-        let error = Error::invalid_usage(format_args!(
+        return Ok(());
+    }
+    Failure::refuse_if(
+        settings.sampling.is_fixed(),
+        "--denoise cannot estimate the noise, because the scene has a fixed pattern of samples",
+        "add --spp with another number of samples than the fixed pattern has, such as --spp 16: random samples then replace the pattern",
+    )?;
+    Failure::refuse_if(
+        settings.sampling.samples_per_pixel() < FEWEST_SAMPLES,
+        format_args!(
             "--denoise needs at least {FEWEST_SAMPLES} samples a pixel to estimate the noise"
-        ));
-        return Err(error
-            .with_hint(format!("give --spp {FEWEST_SAMPLES} or a larger number"))
-            .into());
-    }
-    Ok(())
-}
-
-/// Refuses `--aov` without an EXR picture or a film file to hold the layers.
-fn refuse_layers_without_file(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
-    if task.layers.is_empty()
-        || task.checkpoint.is_some()
-        || targets.iter().any(OutputTarget::has_layers)
-    {
-        return Ok(());
-    }
-    let error =
-        Error::invalid_usage("--aov adds layers to .exr pictures, and no .exr picture is written");
-    Err(error
-        .with_hint("add an .exr picture: -o picture.exr")
-        .into())
-}
-
-/// Whether `--rung output=float` requests linear values in all output files.
-fn wants_linear_output(task: &RenderTask) -> bool {
-    task.choices
-        .rungs
-        .iter()
-        .any(|choice| choice.value() == RungValue::Output(OutputFormat::Float))
-}
-
-/// Refuses `--background transparent` for JPEG files, which hold no coverage.
-fn refuse_transparent_jpegs(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
-    if !task.is_transparent() || targets.iter().all(OutputTarget::has_coverage) {
-        return Ok(());
-    }
-    let error = Error::invalid_usage("--background transparent: a JPEG has no transparency");
-    Err(error
-        .with_hint(
-            "name a picture that ends in .png or .webp, or choose a colour, such as --background white",
-        )
-        .into())
-}
-
-/// Refuses `--rung output=float`, which requests linear values, for all formats but OpenEXR. The
-/// other formats hold quantised display values.
-fn require_exr_for_linear(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
-    if !wants_linear_output(task) || targets.iter().all(OutputTarget::has_layers) {
-        return Ok(());
-    }
-    let error = Error::invalid_usage(
-        "--rung output=float writes linear values, which .exr files alone can hold",
-    );
-    Err(error
-        .with_hint("name pictures that end in .exr, or leave out --rung output=float")
-        .into())
-}
-
-/// Adds the file of `--preview` to the output files. Refuses a file that is no PNG file or that
-/// another flag names too.
-fn check_preview_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<(), Failure> {
-    let Some(path) = &task.preview else {
-        return Ok(());
-    };
-    if PictureFormat::from_path(path)? != PictureFormat::Png {
-        let error = Error::invalid_usage(format_args!(
-            "--preview {}: the preview is a PNG file; use a name that ends in .png",
-            path.display()
-        ));
-        return Err(error
-            .with_hint(format!(
-                "--preview {}",
-                path.with_extension("png").display()
-            ))
-            .into());
-    }
-    outputs.add_output(path, "--preview")
-}
-
-/// Adds the file of `--stats` to the output files. Refuses a file that is no JSON file or that
-/// another flag names too.
-fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<(), Failure> {
-    let Some(path) = &task.stats else {
-        return Ok(());
-    };
-    if path
-        .extension()
-        .is_none_or(|extension| !extension.eq_ignore_ascii_case("json"))
-    {
-        let error = Error::invalid_usage(format_args!(
-            "--stats {}: the statistics are a JSON file; use a name that ends in .json",
-            path.display()
-        ));
-        return Err(error
-            .with_hint(format!("--stats {}", path.with_extension("json").display()))
-            .into());
-    }
-    outputs.add_output(path, "--stats")
+        ),
+        format_args!("give --spp {FEWEST_SAMPLES} or a larger number"),
+    )
 }
 
 /// Starts the early stage of a run (loading and preparation). The time budget and the memory limit
@@ -309,7 +233,7 @@ fn start_early_stage(task: &RenderTask, session: &mut Session) -> Result<(), Fai
     } else {
         task.options.limits.memory_bytes
     };
-    session.start_limited_stage(&task.scenes[0], memory, task.budget)
+    session.start_limited_stage(&task.scenes[0], memory, task.film.budget)
 }
 
 /// Formats size, samples and estimated error of a picture for the final message.

@@ -16,8 +16,8 @@ use super::{ALLOW_EMPTY, film, messages, write};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::{PicturePlan, RenderTask, choose_exposure};
-use crate::preparation::{NOTHING_KEPT, prepare_loaded};
+use crate::plan::{PicturePlan, RenderTask};
+use crate::preparation::NOTHING_KEPT;
 use crate::{origin, scene_input};
 
 /// A rendered picture in memory, with the metadata that its file would have.
@@ -61,13 +61,9 @@ pub fn render_to_memory(
     }
     let watch = BudgetObserver {
         observer,
-        deadline: task.budget.map(|budget| Instant::now() + budget),
+        deadline: task.film.budget.map(|budget| Instant::now() + budget),
     };
-    let mut plan = task.resolve_shot(&mut loaded.scene, &task.shots[0], &OnceCell::new())?;
-    let mut ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
-    let requested = (plan.display, plan.requested_exposure);
-    let chosen = choose_exposure(&loaded, &ready, requested, &watch);
-    plan.apply_exposure(chosen, &mut ready);
+    let (plan, ready, chosen) = task.prepare_shot(&mut loaded, &OnceCell::new(), &watch)?;
     messages::note_chosen_exposure(chosen, &mut notes);
     messages::note_stray_parts(&plan, &mut notes);
     super::note_preparation(&mut loaded, &ready, &plan.settings, &mut notes);
@@ -127,7 +123,7 @@ impl RenderedPicture {
         let shortfall = task
             .max_error
             .map(|requested| messages::describe_shortfall(requested, noisy, &film, &rendered));
-        let metadata = match task.has_metadata {
+        let metadata = match task.files.has_metadata {
             true => PictureMetadata {
                 command,
                 error: origin::format_error_metadata(noisy, &rendered, &film),
@@ -200,28 +196,24 @@ impl FinishedPicture {
 /// Refuses flags that name files or request several pictures, because an embedding program gets a
 /// single picture in memory.
 pub fn refuse_file_flags(task: &RenderTask) -> Result<(), Failure> {
-    let flags = [
-        ("--output", !task.outputs.is_empty()),
-        ("--sheet", task.sheet.is_some()),
-        ("--checkpoint", task.checkpoint.is_some()),
-        ("--resume", task.resume.is_some()),
-        ("--replay", task.replay.is_some()),
-        ("--part", task.part.is_some()),
-        ("--stats", task.stats.is_some()),
-        ("--preview", task.preview.is_some()),
-        ("--display", task.display.is_some()),
-        ("--hash", task.hash),
+    let others = [
+        ("--output", !task.files.pictures.is_empty()),
+        ("--sheet", task.files.sheet.is_some()),
+        ("--stats", task.files.stats.is_some()),
+        ("--preview", task.files.preview.is_some()),
+        ("--display", task.files.tev.is_some()),
+        ("--hash", task.files.hash),
         ("--views, --turntable or --frames", !task.is_single),
     ];
-    let Some((flag, _)) = flags.iter().find(|(_, given)| *given) else {
-        return Ok(());
-    };
-    let error = Error::invalid_usage(format_args!(
-        "{flag} cannot be used here, because the call renders a single picture and returns it"
-    ));
-    Err(error
-        .with_hint("render each picture with its own call, and save the returned picture")
-        .into())
+    let mut flags = others.into_iter().chain(task.film.flags());
+    flags.find(|(_, given)| *given).map_or(Ok(()), |(flag, _)| {
+        Err(Failure::usage(
+            format_args!(
+                "{flag} cannot be used here, because the call renders a single picture and returns it"
+            ),
+            "render each picture with its own call, and save the returned picture",
+        ))
+    })
 }
 
 /// Observer that ends a render at the deadline of its time budget, and otherwise forwards to the

@@ -3,7 +3,6 @@
 mod page;
 mod text;
 
-use std::path::Path;
 use std::time::Instant;
 
 use raywright_core::stability::{
@@ -18,6 +17,7 @@ use crate::failure::{Exit, Failure};
 use crate::machine::processor_name;
 use crate::progress::StepProgress;
 use crate::session::Session;
+use crate::targets::select_by_extension;
 
 /// Result of a numerically hard case in one setting: a precision, and a kernel (the instruction set
 /// of the traversal code).
@@ -88,31 +88,22 @@ struct StabilityReport {
     seconds: f64,
 }
 
-/// Returns the function that formats the report for a file, selected by the file's extension.
-fn select_format(path: &Path) -> Result<fn(&StabilityReport) -> String, Failure> {
-    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-    Ok(match ending.to_str() {
-        Some("md") => text::format_markdown,
-        Some("html") => page::build_page,
-        Some("svg") => |report| page::build_margin_plot(report).to_svg(),
-        Some("json") => console::format_json,
-        _ => {
-            return Err(Error::invalid_usage(format_args!(
-                "{}: the extension of this name is no known output format",
-                path.display()
-            ))
-            .with_hint("use a name that ends in .html, .svg, .md or .json")
-            .into());
-        }
-    })
-}
+/// Functions that format the report for a file, each with the extension that selects it.
+const FORMATS: [(&str, fn(&StabilityReport) -> String); 4] = [
+    ("html", page::build_page),
+    ("svg", |report| page::build_margin_plot(report).to_svg()),
+    ("md", text::format_markdown),
+    ("json", console::format_json),
+];
 
 /// Runs `stability`: measures, writes the requested file, and prints a table or JSON.
 ///
 /// Fails if a case has more wrong results than the list states, or any with `--strict`.
 pub fn run(mut session: Session, args: &StabilityArgs) -> Result<(), Failure> {
     let target = args.output.as_ref();
-    let format = target.map(|path| select_format(path)).transpose()?;
+    let format = target
+        .map(|path| select_by_extension(path, &FORMATS))
+        .transpose()?;
     if let Some(path) = target {
         session.outputs.add_output(path, "-o")?;
     }
@@ -121,11 +112,7 @@ pub fn run(mut session: Session, args: &StabilityArgs) -> Result<(), Failure> {
     if let (Some(path), Some(format)) = (target, format) {
         session.write_report(path, &format(&report))?;
     }
-    console::print(if args.json {
-        console::format_json(&report)
-    } else {
-        text::format_plain(&report)
-    })?;
+    console::print_report(args.json, &report, || text::format_plain(&report))?;
     check_bounds(&report, args.strict)
 }
 
@@ -232,6 +219,8 @@ fn build_case_result(
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     /// Protects: numbers are found in upper or lower case, and a wrong number is a usage error that
@@ -262,7 +251,7 @@ mod tests {
     fn endings_say_what_is_written() {
         let report = text::tests::report();
         let start = |name: &str| {
-            let text = select_format(Path::new(name)).expect("a format")(&report);
+            let text = select_by_extension(Path::new(name), &FORMATS).expect("a format")(&report);
             text.trim_start_matches(['<', '!', '{', '\n', ' '])
                 .chars()
                 .take(3)
@@ -272,7 +261,8 @@ mod tests {
             ["a.md", "b.HTML", "c.svg", "d.json"].map(start),
             ["| c", "doc", "svg", "\"ve"]
         );
-        let unknown = select_format(Path::new("page.txt")).expect_err("no such kind");
+        let unknown =
+            select_by_extension(Path::new("page.txt"), &FORMATS).expect_err("no such kind");
         assert!(
             unknown.exit == Exit::Usage && unknown.message.contains("page.txt"),
             "{}",

@@ -1,12 +1,13 @@
 //! `stability` as a plot of margins, and as an HTML page with this plot and the table.
 
-use raywright_io::report::{ErrorMarginPlot, ErrorMarginRow, ThemeColour, html_document};
-
 use super::text::{
     COLUMN_LEGEND, build_page_table, filter_by_precision, format_notes, group_by_case,
 };
 use super::{HardCaseResult, StabilityReport};
-use crate::numbers::format_percent;
+use raywright_io::report::{
+    ErrorMarginPlot, ErrorMarginRow, ThemeColour, format_percent, html_document,
+};
+
 use crate::origin::command_line;
 
 const TITLE: &str = "Margins of the hard cases: error bound over worst error";

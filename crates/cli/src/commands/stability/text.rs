@@ -3,8 +3,9 @@
 use core::cmp::Ordering;
 
 use super::{FormulaCost, HardCaseResult, StabilityReport};
+use raywright_io::report::{format_percent, format_significant_digits};
+
 use crate::console;
-use crate::numbers::{format_percent, format_significant_digits};
 use crate::table::{ColumnAlignment, Table, TableRow};
 
 /// Formats the additional time of the library's formula with its spread, in nanoseconds.

@@ -198,7 +198,7 @@ fn describe_checks(report: &StressSummary, seconds: f64) -> String {
     let checks: Vec<String> = checks.map(run).collect();
     let mut message = format!(
         "checked in {}: meshes, images, materials, lights",
-        crate::numbers::format_duration(seconds)
+        raywright_io::report::format_duration(seconds)
     );
     checks
         .iter()

@@ -66,11 +66,7 @@ impl ViewedScene {
             return Err(failure);
         }
         let silhouette = OnceCell::new();
-        let mut plan = task.resolve_shot(&mut loaded.scene, &task.shots[0], &silhouette)?;
-        let mut ready = prepare_loaded(&loaded, &plan.settings, watch)?;
-        let requested = (plan.display, plan.requested_exposure);
-        let exposure = choose_exposure(&loaded, &ready, requested, watch);
-        plan.apply_exposure(exposure, &mut ready);
+        let (plan, ready, exposure) = task.prepare_shot(&mut loaded, &silhouette, watch)?;
         let bounds = measure_scene_extent(&loaded.scene, plan.settings.precision).bounds;
         let reach = if bounds.is_empty() {
             ([0.0; 3], 1.0)

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use raywright_core::settings::Aov;
+use raywright_io::report::format_duration;
 
 use super::flags::ViewCommand;
 use super::layers;
@@ -18,7 +19,6 @@ use super::progress::{LiveRender, PreviewSpeed, RequestObserver};
 use super::shared::{SharedView, ViewRequest};
 use super::viewed_scene::{FileStamps, SceneChange, ViewedScene};
 use crate::failure::Failure;
-use crate::numbers::format_duration;
 use crate::session::Session;
 
 /// Interval between checks for changed files and for open pages.

@@ -1,10 +1,12 @@
 //! Cells of the tables: an artificial report, and its figures in text tables and CSV.
 
 use raywright_core::accuracy::{
-    EffectCost, EffectCosts, LadderCostReport, MeasuredBaseline, OutputFormatReport,
-    Recommendations, ReferenceReport, RungCost, RungCostReport, SettingErrors, TileReport,
+    AccuracyReport, ConfidenceInterval, EffectCost, EffectCosts, LadderCostReport, LadderReport,
+    MeasuredBaseline, MeasuredSetting, OutputFormatReport, Recommendations, ReferenceReport,
+    RungCost, RungCostReport, RungReport, SettingErrors, TileReport,
 };
 use raywright_core::bench::SampleQuantiles;
+use raywright_io::LoadedScene;
 
 use super::super::csv::format_csv;
 use super::*;
@@ -171,22 +173,29 @@ fn words(text: &str, start: &str) -> String {
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Protects: the square root applies to a mean square and to both ends of its interval; a value
-/// lost in noise is shown by its upper end.
-#[test]
-fn intervals_are_shown_by_root_and_end() {
-    assert_eq!(
-        format_root_mean_square(&interval(0.09, 0.04, 0.16)),
-        "0.3 (0.2 to 0.4)"
-    );
-    assert_eq!(
-        (
-            format_root_mean_square(&interval(0.09, 0.08, 0.1)),
-            format_root_mean_square(&interval(0.09, 0.0899, 0.0901))
-        ),
-        ("0.3 ±6 %".to_owned(), "0.3".to_owned())
-    );
-    assert_eq!(format_root_mean_square(&interval(0.01, 0.0, 0.04)), "<0.2");
+/// Returns a scene file without content.
+fn loaded() -> LoadedScene {
+    let input = raywright_io::Input::Bytes {
+        name: "x.scene.toml".to_owned(),
+        bytes: b"format = 1".to_vec(),
+        resolver: None,
+    };
+    raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene")
+}
+
+/// Combines a measurement with a scene without content.
+fn document<'a>(
+    loaded: &'a LoadedScene,
+    requested: &[String],
+    report: &'a AccuracyReport,
+) -> AccuracyDocument<'a> {
+    let settings = raywright_core::Settings::from_scene(&loaded.scene);
+    AccuracyDocument::new(loaded, requested, &settings, 1, report)
+}
+
+/// Formats a measurement for the terminal.
+fn text_of(report: &AccuracyReport) -> String {
+    format_report(&document(&loaded(), &[], report))
 }
 
 /// Protects: each figure of a rung is in its column: time, ratio, roots of relMSE and bias, light,
@@ -196,35 +205,29 @@ fn intervals_are_shown_by_root_and_end() {
 #[test]
 fn figures_of_rungs() {
     let mut report = report();
-    let text = format_rung_table(&report);
+    let text = text_of(&report);
     assert_eq!(
-        words(&text, "time"),
-        "time x in use error bias light FLIP alone"
+        words(&text, "rung"),
+        "rung CPU time × in use error RMSE bias light FLIP alone"
     );
     assert_eq!(
         words(&text, "as it is"),
-        "as it is 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051"
+        "as it is * 25.0 s ±10 % 1.75 0.300 (0.200 to 0.400) 0.350 ±14 % 0.0110 ±9 % -8.1 % 0.0510 ±1 %"
     );
     assert_eq!(
         words(&text, "quick"),
-        "quick 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051 0.067"
+        "quick 25.0 s ±10 % 1.75 0.300 (0.200 to 0.400) 0.350 ±14 % 0.0110 ±9 % -8.1 % 0.0510 ±1 % 0.0670"
     );
     assert_eq!(
         words(&text, "plain *"),
-        "plain * 25.0 s ±10 % 1.75 <0.2 0.011 ±9 % -8.1 % 0.051"
-    );
-    assert_eq!(words(&text, "no time for"), "no time for: a=exact");
-    assert_eq!(
-        list_unmeasured_rungs("b", [("x", true), ("y", true)].into_iter()).as_deref(),
-        Some("b")
+        "plain * 25.0 s ±10 % 1.75 <0.200 <0.300 0.0110 ±9 % -8.1 % 0.0510 ±1 %"
     );
     assert_eq!(
-        list_unmeasured_rungs("b", [("x", true), ("y", false), ("z", true)].into_iter()).as_deref(),
-        Some("b=x, b=z")
+        words(&text, "Not measured for lack"),
+        "Not measured for lack of time: a=exact."
     );
-    assert_eq!(list_unmeasured_rungs("b", [("x", false)].into_iter()), None);
     assert!(
-        !text.contains("slower and less exact") && !text.contains("below:"),
+        !text.contains("Slower and less") && !text.contains("below:"),
         "{text}"
     );
     report.base = Some(MeasuredBaseline {
@@ -236,27 +239,26 @@ fn figures_of_rungs() {
         .as_mut()
         .expect("figures");
     (quick.ratio, quick.errors.relmse.value) = (ConfidenceInterval::from_exact(1.9), 0.1);
-    let text = format_rung_table(&report);
+    let text = text_of(&report);
     assert_eq!(
-        words(&text, "below: 16 samples"),
-        "below: 16 samples 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051"
+        words(&text, "all below: 16 samples"),
+        "all below: 16 samples 25.0 s ±10 % 1.75 0.300 (0.200 to 0.400) 0.350 ±14 % 0.0110 ±9 % -8.1 % 0.0510 ±1 %"
     );
     assert_eq!(
-        words(&text, "slower and less exact"),
-        "slower and less exact than the rung in use: a=quick"
+        words(&text, "Slower and less"),
+        "Slower and less accurate than the rung in use: a=quick."
     );
     assert!(!text.contains("  quick"), "{text}");
     report.combinations = vec![MeasuredSettingWithFlags {
         flags: vec!["--rung samples=4".to_owned(), "--rung clamp=1".to_owned()],
         measured: seen(),
     }];
-    let text = format_rung_table(&report);
-    let last = text
-        .lines()
-        .last()
-        .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
-    let figures = "25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051 --rung samples=4 --rung clamp=1";
-    assert_eq!(last.as_deref(), Some(figures), "{text}");
+    let text = text_of(&report);
+    let (_, together) = text.split_once("changed together\n").expect("a title");
+    assert_eq!(
+        words(together, "25.0 s"),
+        "25.0 s ±10 % 1.75 0.300 (0.200 to 0.400) 0.350 ±14 % 0.0110 ±9 % -8.1 % 0.0510 ±1 % samples=4 clamp=1"
+    );
 }
 
 /// Protects: the summary comes first, and the settings on the Pareto frontier before everything
@@ -264,25 +266,13 @@ fn figures_of_rungs() {
 /// once.
 #[test]
 fn what_to_do_comes_first() {
-    let input = raywright_io::Input::Bytes {
-        name: "x.scene.toml".to_owned(),
-        bytes: b"format = 1".to_vec(),
-        resolver: None,
-    };
-    let loaded =
-        raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene");
-    let (mut report, settings) = (
-        report(),
-        raywright_core::Settings::from_scene(&loaded.scene),
-    );
+    let (loaded, mut report) = (loaded(), report());
     let candidate = |flags: &[&str]| MeasuredSettingWithFlags {
         flags: flags.iter().map(|&flag| flag.to_owned()).collect(),
         measured: seen(),
     };
     report.frontier = vec![candidate(&["--rung samples=4"]), candidate(&[])];
-    let requested = ["--at 2".to_owned()];
-    let document = AccuracyDocument::new(&loaded, &requested, &settings, 1, &report);
-    let text = format_report(&document);
+    let text = format_report(&document(&loaded, &["--at 2".to_owned()], &report));
     let lines: Vec<&str> = text.lines().collect();
     assert!(
         lines[1].starts_with("Setting in use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time."),
@@ -295,14 +285,14 @@ fn what_to_do_comes_first() {
             .unwrap_or_else(|| panic!("no {words} in {text}"))
     };
     assert!(
-        place("worth their time") < place("measured at the size of the render")
-            && place("measured at the size of the render") < place("* in use"),
+        place("Worth their time") < place("measured at the size of the render")
+            && place("measured at the size of the render") < place("as it is *"),
         "{text}"
     );
     assert_eq!(text.matches("raywright render").count(), 1, "{text}");
     let row = |line: &&str| {
         line.split_whitespace().collect::<Vec<_>>().join(" ")
-            == "25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) --spp 4"
+            == "(1) 25.0 s ±10 % 1.75 0.300 (0.200 to 0.400) -8.1 % --spp 4"
     };
     assert_eq!(lines.iter().filter(|line| row(line)).count(), 1, "{text}");
 }
@@ -312,17 +302,7 @@ fn what_to_do_comes_first() {
 /// table.
 #[test]
 fn the_page_says_the_same() {
-    let input = raywright_io::Input::Bytes {
-        name: "x.scene.toml".to_owned(),
-        bytes: b"format = 1".to_vec(),
-        resolver: None,
-    };
-    let loaded =
-        raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene");
-    let (mut report, settings) = (
-        report(),
-        raywright_core::Settings::from_scene(&loaded.scene),
-    );
+    let (loaded, mut report) = (loaded(), report());
     let mut lost = seen();
     lost.errors.relmse.low = 0.0;
     let candidate = |flag: &str, measured| MeasuredSettingWithFlags {
@@ -341,12 +321,12 @@ fn the_page_says_the_same() {
             (ConfidenceInterval::from_exact(1.9), 0.1)
     });
     rungs.push(slow);
-    let document = AccuracyDocument::new(&loaded, &[], &settings, 1, &report);
+    let document = document(&loaded, &[], &report);
     let page = document.format_as(super::super::file::AccuracyFileKind::Html);
     for words in [
         "<p class=\"answer\">Setting in use: error 0.3 (0.2 to 0.4), ",
         "<td>25.0 s ±10 %</td><td>1.75</td><td>0.300 (0.200 to 0.400)</td>",
-        "<td>(1)</td><td class=\"text\"><code>--spp 4</code></td>",
+        "<td>-8.1 %</td><td class=\"text\"><code>--spp 4</code></td>",
         "<p>Slower and less accurate than the rung in use: a=slow.</p>",
         "<p>Not measured for lack of time: a=exact.</p>",
     ] {
@@ -374,57 +354,61 @@ fn the_page_says_the_same() {
 /// total.
 #[test]
 fn figures_of_prices_files_and_effects() {
-    let report = report();
-    let text = format_cost_only_table(&report);
+    let text = text_of(&report());
+    let (_, prices) = text
+        .split_once("Rungs that change no picture")
+        .expect("a title");
     assert_eq!(
-        words(&text, "same picture"),
-        "same picture time x in use preparing memory"
+        words(prices, "rung"),
+        "rung CPU time × in use preparing memory"
     );
     assert_eq!(
-        words(&text, "tree *"),
+        words(prices, "tree *"),
         "tree * 2.00 s ±10 % 1.25 500 ms 3 MiB"
     );
     assert_eq!(
-        words(&text, "scan"),
-        "scan 2.00 s ±10 % 1.25 500 ms 3 MiB; THE PICTURE DIFFERS"
+        words(prices, "scan"),
+        "scan 2.00 s ±10 % 1.25 500 ms 3 MiB, DIFFERENT PICTURE"
+    );
+    assert_eq!(words(prices, "boxes"), "boxes not measured");
+    let (_, files) = prices
+        .split_once("Precision of the file formats")
+        .expect("a title");
+    assert_eq!(
+        words(files, "rung"),
+        "rung bytes a pixel coding RMSE greatest FLIP clipped"
     );
     assert_eq!(
-        words(&text, "no time for"),
-        "no time for: accelerator=boxes"
-    );
-    let text = format_output_table(&report);
-    assert_eq!(
-        words(&text, "file contents"),
-        "file contents bytes a pixel coding RMSE greatest FLIP clipped"
+        words(files, "8 *"),
+        "8 * 3 4 ms 0.00120 0.00340 0.00560 12.5 %"
     );
     assert_eq!(
-        words(&text, "8 *"),
-        "8 * 3 4 ms 0.0012 0.0034 0.0056 12.5 %"
+        words(files, "float"),
+        "float 12 0.00120 0.00340 0.00560 12.5 %"
     );
-    assert_eq!(
-        words(&text, "float"),
-        "float 12 0.0012 0.0034 0.0056 12.5 %"
+    // The effects of a lit scene, of which one has a cost.
+    let mut effects = raywright_core::effects::assess_effects(
+        &loaded().scene,
+        &raywright_core::Settings::from_scene(&loaded().scene),
     );
-    let text = report
-        .costs
-        .as_ref()
-        .map(format_effect_costs)
-        .unwrap_or_default();
-    assert_eq!(
-        words(&text, "change of time and picture"),
-        "change of time and picture by each effect (64x36 pixels; 750 ms of CPU time with all effects)"
+    effects
+        .effects
+        .retain(|finding| finding.effect.name() == "shadows");
+    effects.effects[0].status = raywright_core::effects::EffectStatus::Simulated;
+    let costs = report().costs;
+    let text = raywright_io::report::effect_section(costs.as_ref(), &effects, false).to_text(None);
+    assert!(
+        text.contains("at 64x36 pixels, in 750 ms of CPU time with all effects")
+            && text.contains("lack of time (give a larger --budget): sky."),
+        "{text}"
     );
     assert_eq!(
         words(&text, "effect"),
-        "effect time rays changes (RMSE) FLIP"
+        "effect added time added rays change of picture, RMSE FLIP"
     );
     assert_eq!(
         words(&text, "shadows"),
-        "shadows +50 % (+5 % to +140 %) +125 % 0.0125 0.25"
-    );
-    assert_eq!(
-        words(&text, "not measured"),
-        "not measured, because the time was too short (give a larger --budget): sky"
+        "shadows +50 % (+5 % to +140 %) +125 % 0.0125 0.250"
     );
 }
 

@@ -47,7 +47,7 @@ fn figures_are_in_their_columns() {
         bounce: None,
     };
     let sheet = build_scene_cost_table(&comparison);
-    assert_eq!(sheet.heading, "Build and memory, 1000 primitives");
+    assert_eq!(sheet.title, "Build and memory, 1000 primitives");
     let rows: Vec<String> = sheet
         .table
         .rows

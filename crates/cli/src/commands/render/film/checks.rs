@@ -19,52 +19,46 @@ pub fn check_film_flags(
     outputs: &mut OutputFiles,
 ) -> Result<(), Failure> {
     refuse_flags_with_part(task, targets)?;
-    let Some(path) = &task.checkpoint else {
+    let Some(path) = &task.film.checkpoint else {
         return Ok(());
     };
     outputs.add_output(path, "--checkpoint")?;
     // The resumed file may be the checkpoint file itself, because the new checkpoint contains all
     // of its samples.
     let mut inputs = InputFiles::default();
-    task.resume
+    task.film
+        .resume
         .iter()
         .filter(|earlier| *earlier != path)
         .for_each(|earlier| inputs.record_read(earlier));
-    task.replay.iter().for_each(|map| inputs.record_read(map));
+    task.film
+        .replay
+        .iter()
+        .for_each(|map| inputs.record_read(map));
     outputs.check_against_inputs(&inputs)
 }
 
 /// Refuses flags that contradict `--part`, whose share of a picture is kept in the film file of
 /// `--checkpoint` alone.
 fn refuse_flags_with_part(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
-    if task.part.is_none() {
+    if task.film.part.is_none() {
         return Ok(());
     }
-    if task.max_error.is_some() {
-        let error = Error::invalid_usage(
-            "--max-error cannot be used with --part: it needs the errors of the whole picture, and a part has only a share of the samples",
-        );
-        return Err(error
-            .with_hint("use --spp in place of --max-error, or leave out --part")
-            .into());
-    }
-    if task.checkpoint.is_none() {
-        let error = Error::invalid_usage(
-            "--part needs --checkpoint, whose file receives the share of the picture",
-        );
-        return Err(error
-            .with_hint("add --checkpoint part.film; raywright merge makes the picture of all parts")
-            .into());
-    }
-    if !targets.is_empty() {
-        let error = Error::invalid_usage(
-            "-o and --part cannot both be given, because a share of a picture is kept in a film file",
-        );
-        return Err(error
-            .with_hint("leave out -o; raywright merge makes the picture of all parts")
-            .into());
-    }
-    Ok(())
+    Failure::refuse_if(
+        task.max_error.is_some(),
+        "--max-error cannot be used with --part: it needs the errors of the whole picture, and a part has only a share of the samples",
+        "use --spp in place of --max-error, or leave out --part",
+    )?;
+    Failure::refuse_if(
+        task.film.checkpoint.is_none(),
+        "--part needs --checkpoint, whose file receives the share of the picture",
+        "add --checkpoint part.film; raywright merge makes the picture of all parts",
+    )?;
+    Failure::refuse_if(
+        !targets.is_empty(),
+        "-o and --part cannot both be given, because a share of a picture is kept in a film file",
+        "leave out -o; raywright merge makes the picture of all parts",
+    )
 }
 
 /// Reads a film file. Refuses the film of another program version, which may use other random
@@ -108,9 +102,10 @@ pub fn wrong_film_failure(path: &Path, error: FilmMergeError) -> Failure {
                 "{}: the film has {has} samples a pixel and cannot be continued to {requested}",
                 path.display()
             );
-            Error::invalid_usage(message)
-                .with_hint(format!("give --spp {minimum} or a larger number"))
-                .into()
+            Failure::usage(
+                message,
+                format_args!("give --spp {minimum} or a larger number"),
+            )
         }
         other => Error::invalid_input(path.display(), other).into(),
     }

@@ -12,6 +12,7 @@ use raywright_core::ReadyScene;
 use raywright_core::display::Display;
 use raywright_core::film::{Film, FilmPart};
 use raywright_io::output::{PictureMetadata, StoredFilm, write_film};
+use raywright_io::report::format_duration;
 use raywright_io::{Error, InputFiles};
 
 use super::live::LivePreviews;
@@ -19,7 +20,6 @@ use super::write::{printable_path, with_fallback_hint, write_film_to_fallback};
 use crate::args::{PictureShare, ProgressStyle};
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
-use crate::numbers::format_duration;
 use crate::observer::{Deadlines, RunObserver};
 use crate::origin;
 use crate::plan::RenderTask;
@@ -65,26 +65,26 @@ impl<'a> FilmRender<'a> {
     ) -> Result<Self, Failure> {
         let limits = task.options.limits;
         let mut film = ready.new_film(&identity);
-        if let Some(path) = &task.resume {
+        if let Some(path) = &task.film.resume {
             let earlier = read_own_film(path, &limits)?;
             film.continue_from(earlier.film)
                 .map_err(|error| wrong_film_failure(path, error))?;
         }
-        if let Some(path) = &task.replay {
+        if let Some(path) = &task.film.replay {
             let map = read_own_film(path, &limits)?;
             film.repeat_sample_counts(&map.film)
                 .map_err(|error| wrong_film_failure(path, error))?;
         }
         let whole = film.full_part();
-        let part = match task.part {
+        let part = match task.film.part {
             Some(PictureShare { of: total, .. }) if total > whole.tiles.end => {
-                let error = Error::invalid_usage(format_args!(
-                    "--part divides the picture into {total} shares, and the picture has only {} tiles",
-                    whole.tiles.end
+                return Err(Failure::usage(
+                    format_args!(
+                        "--part divides the picture into {total} shares, and the picture has only {} tiles",
+                        whole.tiles.end
+                    ),
+                    "choose fewer shares: a smaller N in --part K/N",
                 ));
-                return Err(error
-                    .with_hint("choose fewer shares: a smaller N in --part K/N")
-                    .into());
             }
             Some(PictureShare { number, of: total }) => {
                 whole.split_into_nth_subset(number - 1, total)
@@ -124,7 +124,7 @@ impl<'a> FilmRender<'a> {
         session: &Session,
     ) -> Result<(), Failure> {
         let (start, verbosity) = (session.start_time(), session.verbosity);
-        let deadline = self.task.budget.map(|budget| start + budget);
+        let deadline = self.task.film.budget.map(|budget| start + budget);
         let prints_progress =
             self.task.progress == ProgressStyle::Json && verbosity > Verbosity::Quiet;
         let (mut checkpoint_interval, mut last_checkpoint, mut last_progress) =
@@ -133,6 +133,7 @@ impl<'a> FilmRender<'a> {
         loop {
             let checkpoint_at = self
                 .task
+                .film
                 .checkpoint
                 .is_some()
                 .then(|| last_checkpoint + checkpoint_interval);
@@ -190,7 +191,7 @@ impl<'a> FilmRender<'a> {
             return;
         }
         let nothing = PictureMetadata::default();
-        let metadata = if self.task.has_metadata {
+        let metadata = if self.task.files.has_metadata {
             metadata
         } else {
             &nothing
@@ -207,7 +208,7 @@ impl<'a> FilmRender<'a> {
     /// first gives a warning. The next checkpoint is written even after a failure, because the disk
     /// may have room by then.
     fn write_checkpoint(&mut self, verbosity: Verbosity) {
-        let Some(path) = &self.task.checkpoint else {
+        let Some(path) = &self.task.film.checkpoint else {
             return;
         };
         self.kept_film.metadata.settings =
@@ -228,7 +229,7 @@ impl<'a> FilmRender<'a> {
     /// Keeps the film in the folder of the input or in the temporary folder, if the file of the
     /// last checkpoint could not be written.
     pub fn keep_unwritten_film(&mut self, outputs: (&InputFiles, impl Fn(&Path) -> bool)) {
-        if let (Some(path), Some(_)) = (&self.task.checkpoint, &self.checkpoint_error) {
+        if let (Some(path), Some(_)) = (&self.task.film.checkpoint, &self.checkpoint_error) {
             self.film_copy = write_film_to_fallback(path, &mut self.kept_film, outputs);
         }
     }
@@ -244,7 +245,7 @@ impl<'a> FilmRender<'a> {
     /// first pass over the picture.
     pub fn note_exceeded_budget(&self, session: &mut Session) {
         let taken = session.clock.total_seconds();
-        if let Some(budget) = self.task.budget.map(|budget| budget.as_secs_f64())
+        if let Some(budget) = self.task.film.budget.map(|budget| budget.as_secs_f64())
             && taken > 1.1 * budget
         {
             session.notes.add_hint(format!(
@@ -284,6 +285,7 @@ impl<'a> FilmRender<'a> {
     pub fn with_checkpoint_path(&self, mut written: Vec<String>) -> Vec<String> {
         let last_checkpoint = self
             .task
+            .film
             .checkpoint
             .as_ref()
             .filter(|_| self.checkpoint_error.is_none());
@@ -294,7 +296,7 @@ impl<'a> FilmRender<'a> {
     /// Adds a hint to the failure of an interrupted run: the flag that resumes its checkpoint, or
     /// the reason why no checkpoint exists.
     pub fn with_resume_hint(&self, failure: Failure) -> Failure {
-        let Some(checkpoint) = &self.task.checkpoint else {
+        let Some(checkpoint) = &self.task.film.checkpoint else {
             return failure;
         };
         let (failure, film) = match (&self.checkpoint_error, &self.film_copy) {

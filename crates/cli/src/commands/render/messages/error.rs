@@ -4,9 +4,9 @@ use raywright_core::RenderOutput;
 use raywright_core::denoise::FEWEST_SAMPLES;
 use raywright_core::film::{EstimateDoubt, Film, Uncertainty};
 use raywright_core::settings::Settings;
+use raywright_io::report::{format_estimate, format_rough_estimate, format_significant_digits};
 
 use crate::notes::Notes;
-use crate::numbers::{format_estimate, format_rough_estimate, format_significant_digits};
 
 /// Formats the estimated error of a picture for the final message: `error 0.05 (0.04 to 0.06)`.
 /// Reasons to doubt the estimate become notes, and verbose runs print all measures. `requested` is

@@ -6,16 +6,16 @@ use raywright_core::display::exposure::{Clipping, MOST_CLIPPED};
 use raywright_core::film::Film;
 use raywright_core::prepare::UnreachedLight;
 use raywright_core::{ReadyScene, RenderOutput};
+use raywright_io::report::{format_duration, format_memory_parts, format_significant_digits};
 use raywright_io::{LoadedScene, Warning, WarningCode};
 
 use super::names::{light_name, object_name};
 use crate::args::ExposureChoice;
 use crate::clock::StageSeconds;
 use crate::notes::Notes;
-use crate::numbers::{format_duration, format_memory_parts, format_significant_digits};
 use crate::origin;
 use crate::plan::{ChosenExposure, PicturePlan};
-use crate::table::format_columns;
+use crate::table::format_rows;
 use crate::targets::OutputTarget;
 
 /// Warns of samples and rays that the picture lacks, and returns the warnings for the statistics.
@@ -219,5 +219,5 @@ pub fn format_details(
             ),
         ),
     ];
-    format_columns(&rows.map(|(name, text)| [name.to_owned(), text]))
+    format_rows(rows)
 }

@@ -3,11 +3,11 @@
 use raywright_core::ReadyScene;
 use raywright_core::prepare::{LampRef, LightLeak};
 use raywright_core::settings::{PrecisionChoice, Settings};
+use raywright_io::report::format_significant_digits;
 use raywright_io::{LoadedScene, Warning, WarningCode};
 
 use super::names::{light_name, object_name};
 use crate::notes::Notes;
-use crate::numbers::format_significant_digits;
 
 /// Warns of pairs of transparent bodies so close together that light passes from one body into the
 /// other without crossing the gap, and of partly transparent surfaces in one place.

@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 
 use raywright_core::display::Display;
 use raywright_core::picture::Picture;
-use raywright_io::output::{
-    self, AnimationFormat, AnimationWriter, ContactSheet, PictureFormat, PictureMetadata,
-};
+use raywright_io::output::{self, AnimationFormat, AnimationWriter, ContactSheet, PictureMetadata};
 use raywright_io::{Error, InputFiles};
 
 use crate::commands::render::write::{self, printable_path};
@@ -31,7 +29,7 @@ impl CombinedFiles {
         count: usize,
         outputs: &mut OutputFiles,
     ) -> Result<Self, Failure> {
-        let metadata = match task.has_metadata {
+        let metadata = match task.files.has_metadata {
             false => PictureMetadata::default(),
             true => PictureMetadata {
                 software: origin::SOFTWARE.to_owned(),
@@ -40,27 +38,22 @@ impl CombinedFiles {
             },
         };
         let mut sheet = None;
-        if let Some(path) = &task.sheet {
-            if PictureFormat::from_path(path)? != PictureFormat::Png {
-                return Err(Error::invalid_usage(format_args!(
-                    "{}: --sheet writes a PNG file; use a name that ends in .png",
-                    path.display()
-                ))
-                .into());
-            }
-            outputs.add_output(path, "--sheet")?;
+        if let Some(path) = &task.files.sheet {
+            let kind = ("png", "--sheet writes a PNG file");
+            outputs.add_output_of_type(path, "--sheet", kind)?;
             sheet = Some((path.clone(), ContactSheet::new(count)));
         }
         let mut animations = Vec::new();
         for (path, format) in task
-            .outputs
+            .files
+            .pictures
             .iter()
             .filter_map(|path| Some((path, AnimationFormat::from_path(path)?)))
         {
             outputs.add_output(path, "-o")?;
             animations.push((
                 path.clone(),
-                AnimationWriter::new(path, format, task.frame_rate, metadata.clone())?,
+                AnimationWriter::new(path, format, task.files.frame_rate, metadata.clone())?,
             ));
         }
         Ok(Self {

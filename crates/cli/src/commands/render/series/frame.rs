@@ -57,9 +57,9 @@ impl<'a> PictureSeries<'a> {
     pub(super) fn render_shot(
         &mut self,
         number: usize,
-        shot: &Shot,
         moment: &mut SceneAtTime,
     ) -> Result<(), Failure> {
+        let shot = &self.jobs[number].shot.clone();
         let mut plan = moment.resolve_plan(self.task, shot)?;
         let load = self.session.clock.lap();
         self.prepare_picture(&plan, moment)?;
@@ -123,7 +123,7 @@ impl<'a> PictureSeries<'a> {
                 };
                 Err(write::interrupted_failure(
                     self.combined_files.write_partial_files(is_free),
-                    Some([self.finished, self.targets.len()]),
+                    Some([self.summary.finished, self.jobs.len()]),
                 ))
             }
             prepared => prepared,
@@ -206,9 +206,9 @@ impl<'a> PictureSeries<'a> {
         (frame.seconds.write, frame.seconds.total) = (clock.lap(), clock.total_seconds());
         self.write_statistics(&frame, (loaded, ready))?;
         self.report_frame(&frame, (loaded, ready));
-        self.finished += 1;
+        self.summary.finished += 1;
         self.progress.finish_work_piece();
-        self.checkpoint_failure = frame.film_render.into_checkpoint_failure();
+        self.summary.checkpoint_failure = frame.film_render.into_checkpoint_failure();
         Ok(())
     }
 
@@ -223,7 +223,7 @@ impl<'a> PictureSeries<'a> {
         let is_free = |path: &Path| self.session.outputs.is_free_path(path, &loaded.inputs);
         let own = write::write_partial_picture(
             &frame.rendered,
-            &self.targets[frame.number],
+            &self.jobs[frame.number].targets,
             frame.plan.display,
             metadata,
             is_free,
@@ -233,7 +233,7 @@ impl<'a> PictureSeries<'a> {
                 [own, self.combined_files.write_partial_files(is_free)?].concat(),
             ))
         });
-        let of = (!self.task.is_single).then_some([self.finished, self.targets.len()]);
+        let of = (!self.task.is_single).then_some([self.summary.finished, self.jobs.len()]);
         frame
             .film_render
             .with_resume_hint(write::interrupted_failure(kept, of))
@@ -251,13 +251,14 @@ impl<'a> PictureSeries<'a> {
         let is_free = |path: &Path| self.session.outputs.is_free_path(path, &loaded.inputs);
         let names = write::write_targets(
             rendered,
-            &self.targets[frame.number],
+            &self.jobs[frame.number].targets,
             display,
             metadata,
             (&loaded.inputs, is_free),
         )?;
         render::print_pixel_hash(self.task, (rendered, display), &names, &frame.caption)?;
-        self.written_files
+        self.summary
+            .written_files
             .push(frame.film_render.with_checkpoint_path(names));
         self.combined_files
             .add_picture(rendered.final_picture(), display, &frame.caption)
@@ -272,7 +273,7 @@ impl<'a> PictureSeries<'a> {
         let (counters, notes) = (&frame.rendered.counters, &mut self.session.notes);
         let lost = messages::note_lost_samples(counters, notes);
         loaded.warnings.extend(lost);
-        if let Some(path) = &self.task.stats {
+        if let Some(path) = &self.task.files.stats {
             let stats =
                 RenderStats::new(loaded, ready, &frame.rendered, frame.noisy, frame.seconds);
             write_atomically(path, console::format_json(&stats).as_bytes())?;
@@ -295,18 +296,26 @@ impl<'a> PictureSeries<'a> {
         let (task, film) = (self.task, film_render.film());
         let reported = frame.reported_error(self, ready);
         let notes = &mut self.session.notes;
-        render::note_picture(loaded, rendered, plan, &self.targets[frame.number], notes);
+        render::note_picture(
+            loaded,
+            rendered,
+            plan,
+            &self.jobs[frame.number].targets,
+            notes,
+        );
         messages::note_unreached_lights(loaded, ready, film, notes);
         if let Some(noisy) = reported {
             messages::note_denoising(noisy, &plan.settings, notes);
         }
-        self.description = [
+        self.summary.description = [
             render::describe_picture(task, &plan.settings, film_render, rendered, reported, notes),
             render::format_size_and_samples(&plan.settings, film_render),
         ];
-        self.shortfalls.extend(task.max_error.and_then(|requested| {
-            messages::describe_shortfall(requested, reported, film, rendered)
-        }));
+        self.summary
+            .shortfalls
+            .extend(task.max_error.and_then(|requested| {
+                messages::describe_shortfall(requested, reported, film, rendered)
+            }));
         if task.is_single {
             notes
                 .print_detail(messages::format_details(ready, rendered, &frame.seconds).trim_end());
@@ -317,7 +326,7 @@ impl<'a> PictureSeries<'a> {
             .or(frame.noisy)
             .filter(|_| ready.is_path_traced())
             .map(|error| error.root_relmse.value);
-        self.error = self.error.into_iter().chain(error).reduce(f64::max);
+        self.summary.error = self.summary.error.into_iter().chain(error).reduce(f64::max);
     }
 
     /// Refuses a picture that shows no object before it is written, if its scene has no other
@@ -351,7 +360,7 @@ impl<'a> PictureSeries<'a> {
         const SAMPLES: u32 = 4;
         if self.task.shots.len() > 1
             || !self.task.refuses_empty_pictures()
-            || self.task.resume.is_some()
+            || self.task.film.resume.is_some()
         {
             return Ok(());
         }

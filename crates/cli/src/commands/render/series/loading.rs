@@ -7,8 +7,8 @@ use raywright_core::settings::Settings;
 use raywright_io::{Input, InputFiles, LoadOptions, LoadedScene};
 
 use super::super::ALLOW_EMPTY;
-use super::PictureSeries;
 use super::scene_at_time::SceneAtTime;
+use super::{PictureJob, PictureSeries};
 use crate::failure::Failure;
 use crate::plan::Shot;
 use crate::progress::Progress;
@@ -88,20 +88,20 @@ impl PictureSeries<'_> {
         loaded
     }
 
-    /// Loads a scene at the time of its picture `i`, and checks that no output overwrites a file of
-    /// the scene.
+    /// Loads the scene of a picture at its time, and checks that no output overwrites a file of the
+    /// scene. `number` is the index of the picture, which may be the first of its scene.
     pub(super) fn load_scene_at_time(
         &mut self,
-        scene: usize,
-        i: usize,
+        number: usize,
+        is_first: bool,
     ) -> Result<SceneAtTime, Failure> {
-        let early = if i == 0 {
-            self.preloaded.remove(&scene)
-        } else {
-            None
-        };
-        let loaded = early.unwrap_or_else(|| self.load_scene(scene, &self.task.shots[i]))?;
-        if self.inputs.len() > 1 && i == 0 {
+        let PictureJob {
+            scene, ref shot, ..
+        } = self.jobs[number];
+        let shot = shot.clone();
+        let early = is_first.then(|| self.preloaded.remove(&scene)).flatten();
+        let loaded = early.unwrap_or_else(|| self.load_scene(scene, &shot))?;
+        if self.inputs.len() > 1 && is_first {
             self.session.notes.set_current_file(&loaded.source.name);
         }
         self.session.notes.add_scene_warnings(&loaded);

@@ -8,6 +8,7 @@ mod frame;
 mod loading;
 mod names;
 mod scene_at_time;
+mod summary;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -17,14 +18,14 @@ use raywright_io::{Error, Input, InputFiles, LoadedScene};
 use super::{ALLOW_EMPTY, film};
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::numbers::{format_duration, format_significant_digits};
-use crate::plan::{ChosenExposure, RenderTask};
+use crate::plan::{ChosenExposure, RenderTask, Shot};
 use crate::progress::Progress;
 use crate::scene_input;
 use crate::session::Session;
 use crate::targets::{OutputFiles, OutputTarget};
 use combined::CombinedFiles;
 use scene_at_time::SceneAtTime;
+use summary::RunSummary;
 
 /// Runs `render`: renders the scenes of a task and writes their pictures.
 pub fn run(session: Session, task: &RenderTask) -> Result<(), Failure> {
@@ -36,7 +37,8 @@ pub fn run(session: Session, task: &RenderTask) -> Result<(), Failure> {
     done?
         .iter()
         .for_each(|line| verbosity.print_result_message(line));
-    series.into_result()
+    let scenes = task.scenes.len();
+    series.summary.into_result(task.is_single, scenes)
 }
 
 /// State of a run while its pictures are rendered. A single picture is a series of length one; only
@@ -51,18 +53,10 @@ struct PictureSeries<'a> {
     preloaded: HashMap<usize, Result<LoadedScene, Failure>>,
     /// Input files that the outputs were last checked against.
     checked_inputs: InputFiles,
-    /// Outputs of each picture. Pictures are ordered by scene, and within a scene by shot.
-    targets: Vec<Vec<OutputTarget>>,
+    /// Pictures of the run, ordered by scene, and within a scene by shot.
+    jobs: Vec<PictureJob>,
     combined_files: CombinedFiles,
-    /// Names of the written files of each finished picture.
-    written_files: Vec<Vec<String>>,
-    /// Number of finished pictures.
-    finished: usize,
-    /// Two texts for the final message: the description of the last picture, and its size and
-    /// samples, which stand for all pictures of a run.
-    description: [String; 2],
-    /// Largest root relMSE of all pictures of path tracing so far.
-    error: Option<f64>,
+    summary: RunSummary,
     /// Exposure chosen for the current scene's first picture, which all its pictures have.
     exposure: Option<ChosenExposure>,
     /// Radiance of the studio's backdrop, chosen by the first picture with a studio for all
@@ -70,12 +64,16 @@ struct PictureSeries<'a> {
     backdrop: Option<f64>,
     /// Whether any picture of the current scene shows an object.
     shows_object: bool,
-    /// Exit codes of the failed scenes, in the order of the run.
-    failed_exits: Vec<Exit>,
-    /// Descriptions of the pictures that do not reach the target error.
-    shortfalls: Vec<String>,
-    /// Failure of a film file that could not be written.
-    checkpoint_failure: Option<Failure>,
+}
+
+/// A picture of a run.
+struct PictureJob {
+    /// Index of its scene in the run.
+    scene: usize,
+    /// Its view, its time and its labels.
+    shot: Shot,
+    /// Its outputs.
+    targets: Vec<OutputTarget>,
 }
 
 impl<'a> PictureSeries<'a> {
@@ -93,6 +91,13 @@ impl<'a> PictureSeries<'a> {
             .collect::<Result<Vec<_>, _>>()?;
         let progress =
             Progress::start("rendering", task.progress, session.verbosity).with_work_pieces(count);
+        let shots_of = |scene| task.shots.iter().map(move |shot| (scene, shot));
+        let shots = (0..task.scenes.len()).flat_map(shots_of);
+        let job = |((scene, shot), targets): ((usize, &Shot), _)| PictureJob {
+            scene,
+            shot: shot.clone(),
+            targets,
+        };
         let mut series = Self {
             task,
             session,
@@ -100,18 +105,12 @@ impl<'a> PictureSeries<'a> {
             inputs,
             preloaded: HashMap::new(),
             checked_inputs: InputFiles::default(),
-            targets,
+            jobs: shots.zip(targets).map(job).collect(),
             combined_files,
-            written_files: Vec::new(),
-            finished: 0,
-            description: Default::default(),
-            error: None,
+            summary: RunSummary::default(),
             exposure: None,
             backdrop: None,
             shows_object: false,
-            failed_exits: Vec::new(),
-            shortfalls: Vec::new(),
-            checkpoint_failure: None,
         };
         if !task.is_single {
             // Scene files are never overwritten by pictures. Other files that a scene names are
@@ -124,15 +123,14 @@ impl<'a> PictureSeries<'a> {
 
     /// Chooses file names after the scenes, if the user named no output.
     fn choose_file_names(&mut self, inputs: &InputFiles) -> Result<(), Failure> {
-        let has_own = self.targets.iter().any(|targets| !targets.is_empty());
-        if !has_own && !self.combined_files.is_requested() && self.task.part.is_none() {
+        let has_own = self.jobs.iter().any(|job| !job.targets.is_empty());
+        if !has_own && !self.combined_files.is_requested() && self.task.film.part.is_none() {
             let format = super::default_picture_format(self.task);
-            self.targets = names::resolve_default_files(
-                format,
-                &self.inputs,
-                &self.task.shots,
-                (&mut self.session.outputs, inputs),
-            )?;
+            let all = (&mut self.session.outputs, inputs);
+            let shots = &self.task.shots;
+            let targets = names::resolve_default_files(format, &self.inputs, shots, all)?;
+            let named = self.jobs.iter_mut().zip(targets);
+            named.for_each(|(job, targets)| job.targets = targets);
         }
         Ok(())
     }
@@ -152,7 +150,7 @@ impl<'a> PictureSeries<'a> {
                 return Err(self.with_partial_files(failure));
             }
             console::print_message(failure.message.trim_end());
-            self.failed_exits.push(failure.exit);
+            self.summary.failed_exits.push(failure.exit);
             self.task
                 .shots
                 .iter()
@@ -166,27 +164,8 @@ impl<'a> PictureSeries<'a> {
         let together = self
             .combined_files
             .write_all((&self.checked_inputs, is_free))?;
-        let files = [format_file_ranges(&self.written_files), together]
-            .concat()
-            .join(", ");
-        let error = self
-            .error
-            .map(|error| format!(", errors up to {}", format_significant_digits(error, 2)))
-            .unwrap_or_default();
-        let [one, all] = &self.description;
-        let described = if self.finished == 1 {
-            one.clone()
-        } else {
-            format!("{} pictures, {all}{error}", self.finished)
-        };
-        Ok(match files.as_str() {
-            "" if self.finished > 0 => None,
-            "" => Some("nothing was written".to_owned()),
-            files => Some(format!(
-                "wrote {files} ({described}, {})",
-                format_duration(self.session.clock.total_seconds())
-            )),
-        })
+        let seconds = self.session.clock.total_seconds();
+        Ok(self.summary.format_message(together, seconds))
     }
 
     /// Keeps the unfinished sheet and animations in files, and adds their names to the failure.
@@ -209,15 +188,17 @@ impl<'a> PictureSeries<'a> {
     fn render_scene(&mut self, scene: usize) -> Result<(), Failure> {
         let mut moment: Option<SceneAtTime> = None;
         (self.exposure, self.shows_object) = (None, false);
-        for (i, shot) in self.task.shots.iter().enumerate() {
+        let shots = self.task.shots.len();
+        for number in scene * shots..(scene + 1) * shots {
             // Only the first picture of a scene has notes, because they usually apply to all its
             // pictures.
-            self.session.notes.set_silent(i > 0);
+            let is_first = number == scene * shots;
+            self.session.notes.set_silent(!is_first);
             let now = match moment.take() {
-                Some(moment) if shot.at.is_none() => moment,
-                _ => self.load_scene_at_time(scene, i)?,
+                Some(moment) if self.jobs[number].shot.at.is_none() => moment,
+                _ => self.load_scene_at_time(number, is_first)?,
             };
-            self.render_shot(scene * self.task.shots.len() + i, shot, moment.insert(now))?;
+            self.render_shot(number, moment.insert(now))?;
         }
         match moment {
             Some(moment) if !self.shows_object && self.task.refuses_empty_pictures() => {
@@ -230,53 +211,34 @@ impl<'a> PictureSeries<'a> {
             _ => Ok(()),
         }
     }
-
-    /// Returns the result of the run: a failure if a scene failed, a film file could not be
-    /// written, or a target error is not reached.
-    fn into_result(self) -> Result<(), Failure> {
-        if let Some(failure) = self.checkpoint_failure {
-            return Err(failure);
-        }
-        if let Some(&exit) = self.failed_exits.first() {
-            let message = format!(
-                "{} of {} scenes were not rendered (see the errors above)",
-                self.failed_exits.len(),
-                self.inputs.len()
-            );
-            return Err(Failure::new(exit, message));
-        }
-        match self.shortfalls.as_slice() {
-            [] => Ok(()),
-            [message] if self.task.is_single => Err(Failure::new(Exit::Unreached, message)),
-            [first, ..] => {
-                let message = format!(
-                    "{} of {} pictures do not reach their requested error; the first of them: {first}",
-                    self.shortfalls.len(),
-                    self.finished
-                );
-                Err(Failure::new(Exit::Unreached, message))
-            }
-        }
-    }
 }
 
-/// Resolves the output files of a run of `count` pictures: the outputs of each picture, and the files that combine pictures. Refuses outputs that cannot hold the requested data.
+/// Resolves the output files of a run of `count` pictures: the outputs of each picture, and the files
+/// that combine pictures. Refuses outputs that cannot hold the requested data.
 fn resolve_outputs(
     task: &RenderTask,
     count: usize,
     outputs: &mut OutputFiles,
 ) -> Result<(Vec<Vec<OutputTarget>>, CombinedFiles), Failure> {
-    *outputs = OutputFiles::with_quality(task.jpeg_quality());
-    let targets =
-        names::resolve_named_files(&task.outputs, (!task.is_single).then_some(count), outputs)?;
+    *outputs = OutputFiles::with_quality(task.files.quality);
+    let targets = names::resolve_named_files(
+        &task.files.pictures,
+        (!task.is_single).then_some(count),
+        outputs,
+    )?;
     let combined_files = CombinedFiles::start(task, count, outputs)?;
     if task.is_single || targets.iter().any(|targets| !targets.is_empty()) {
         targets
             .iter()
             .try_for_each(|targets| super::check_targets(task, targets))?;
     }
-    super::check_stats_target(task, outputs)?;
-    super::check_preview_target(task, outputs)?;
+    if let Some(path) = &task.files.stats {
+        let kind = ("json", "the statistics are a JSON file");
+        outputs.add_output_of_type(path, "--stats", kind)?;
+    }
+    if let Some(path) = &task.files.preview {
+        outputs.add_output_of_type(path, "--preview", ("png", "the preview is a PNG file"))?;
+    }
     film::check_film_flags(task, &targets[0], outputs)?;
     Ok((targets, combined_files))
 }
@@ -290,22 +252,6 @@ fn refuse_repeated_stdin(task: &RenderTask) -> Result<(), Failure> {
         .into());
     }
     Ok(())
-}
-
-/// Formats the written files for the final message: for each output, the range from the first
-/// picture's file to the last picture's file.
-fn format_file_ranges(names: &[Vec<String>]) -> Vec<String> {
-    let (Some(first), Some(last)) = (names.first(), names.last()) else {
-        return Vec::new();
-    };
-    let range = |(first, last): (&String, &String)| {
-        if names.len() == 1 {
-            first.clone()
-        } else {
-            format!("{first} to {last}")
-        }
-    };
-    first.iter().zip(last).map(range).collect()
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ fn scenes_are_read_once() {
     let mut series = PictureSeries::start(&task, session).expect("nothing in the way");
     std::fs::remove_file(at("b.obj")).expect("a file");
     series.render_all_scenes().expect("pictures");
-    assert!(series.failed_exits.is_empty() && std::path::Path::new(&at("1.png")).exists());
+    assert!(series.summary.failed_exits.is_empty() && std::path::Path::new(&at("1.png")).exists());
 }
 
 /// Protects: the files of many pictures are listed as first to last for each output, those of a
@@ -47,7 +47,7 @@ fn scenes_are_read_once() {
 #[test]
 fn files_are_told_by_the_first_and_the_last_of_a_kind() {
     let describe = |names: &[&[&str]]| {
-        format_file_ranges(
+        summary::format_file_ranges(
             &names
                 .iter()
                 .map(|names| names.iter().map(|&name| name.to_owned()).collect())

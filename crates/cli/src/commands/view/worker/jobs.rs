@@ -63,7 +63,7 @@ impl ViewWorker {
                 &format!("{minimum} to {maximum} samples"),
             );
         }
-        if !subject.task.has_metadata {
+        if !subject.task.files.has_metadata {
             metadata = PictureMetadata::default();
         }
         let (display, inputs) = (subject.plan.display, &subject.loaded.inputs);

@@ -1,9 +1,9 @@
 //! Numbers as text: counts, shares, times, sizes and measured values, each in one notation
 //! everywhere.
 
+use crate::limits::format_bytes;
 use raywright_core::bench::SampleQuantiles;
 use raywright_core::film::ErrorEstimate;
-use raywright_io::format_bytes;
 
 /// Formats a count with its noun in singular or plural: `1 thread`, `2 threads`.
 pub fn format_count(count: usize, noun: &str) -> String {
@@ -58,6 +58,20 @@ pub fn format_three_digits(x: f64) -> String {
     format!("{rounded:.*}", (2 - whole).clamp(0, 6) as usize)
 }
 
+/// Formats a number with three significant digits; small and large numbers with a power of ten.
+pub(super) fn format_number(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
+        let digits = if value == 0.0 {
+            0
+        } else {
+            (2 - value.abs().log10().floor() as i32).max(0) as usize
+        };
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.1e}")
+    }
+}
+
 /// Formats the change that a ratio stands for, in whole per cent with its sign: `+12 %`.
 pub fn format_change(ratio: f64) -> String {
     format!("{:+.0} %", 100.0 * (ratio - 1.0))
@@ -76,6 +90,21 @@ pub fn format_median(values: &SampleQuantiles) -> String {
         format_three_digits(values.median),
         values.relative_half_spread() * 100.0
     )
+}
+
+/// Formats half the interquartile range of measured values in whole per cent of their median.
+pub(super) fn format_spread(values: &SampleQuantiles) -> String {
+    format!("±{:.0} %", 100.0 * values.relative_half_spread())
+}
+
+/// Formats a time in seconds: below a second with three digits in milliseconds, otherwise like
+/// [`format_duration`].
+pub fn format_precise_duration(seconds: f64) -> String {
+    if seconds < 0.9995 {
+        format!("{} ms", format_significant_digits(seconds * 1e3, 3))
+    } else {
+        format_duration(seconds)
+    }
 }
 
 /// Formats seconds in the unit that fits, with about three digits: `35 ms`, `1.24 s`, `12 min 5 s`.
@@ -165,16 +194,6 @@ mod tests {
             assert_eq!(format_three_digits(x), text);
         }
         assert_eq!(format_three_digits(f64::NAN), "-");
-    }
-
-    /// Protects: nouns have their plural.
-    #[test]
-    fn counts_have_singular_and_plural() {
-        let counts = [(1, "mesh"), (2, "mesh"), (0, "note"), (1, "note")];
-        assert_eq!(
-            counts.map(|(count, noun)| format_count(count, noun)),
-            ["1 mesh", "2 meshes", "0 notes", "1 note"]
-        );
     }
 
     /// Protects: durations have at most three digits, in the unit that fits.
