@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Renders scenes many times with few samples, denoises what is kept of each, and tells how often the claimed intervals hold the true error.
+"""Renders scenes many times with few samples, and tells how often the claimed intervals of the noisy and the denoised picture hold the true error.
 
     python -m venv venv && venv/bin/pip install numpy OpenEXR
-    venv/bin/python benches/claims.py target/release/raywright FOLDER SCENE.. [--renders 100] [--sizes 64x48,32x24] [--samples 16,64]
+    venv/bin/python benches/claims.py target/release/raywright FOLDER SCENE.. [--renders 100] [--size 48x32] [--samples 16,64,256] [--truth 2048]
 
-As `cargo bench --bench denoise` does, but films and truths stay in FOLDER, so that another program judges the very same noise: run it again
-with that. A film of 64 x 48 pixels has 1.3 MB. The truth is two renders of 2048 samples: what a picture differs from the one by, times
-what it differs from the other by, is free of their noise.
+As `cargo bench --bench claims` does, but films and pictures stay in FOLDER, so that another program judges the very same noise: run it again with
+that. A film of 48 x 32 pixels has 0.6 MB. The truth is the mean of a render of `--truth` samples and of all renders except the one that is judged;
+its own variance is subtracted. Flagged renders claim nothing.
 """
-import argparse, pathlib, re, subprocess
+import argparse, json, pathlib, re, subprocess
 import numpy as np
 import OpenEXR
 
@@ -16,41 +16,46 @@ def channels(path, name):
     with OpenEXR.File(str(path)) as file:
         return np.array(file.channels()[name].pixels, dtype=np.float64)[..., :3]
 
-def cell(a, scene, size, samples):
-    """A row of the table."""
+def renders(a, scene):
+    """Number of samples, noisy and denoised picture, and claims of each render; those of the truth are none."""
     name = re.sub(r'\W', '-', pathlib.Path(scene.removeprefix('preset:')).name.removesuffix('.scene.toml'))
-    base = [a.program, 'render', scene, '--integrator', 'path', '-s', size, '-q']
-    truths = [a.folder / f'{name}-{size}-truth{k}.exr' for k in (1, 2)]
-    for k, truth in enumerate(truths):
-        if not truth.exists():
-            subprocess.run(base + ['--spp', '2048', '--seed', str(900001 + k), '-o', truth], check=True)
-    one, other = (channels(truth, 'RGB') for truth in truths)
-    relative = lambda picture: ((picture - one) * (picture - other) / (np.maximum((one + other) / 2, 0) ** 2 + .01)).mean()
-    before, after, claims, scratch = [], [], [], a.folder / 'scratch.exr'
-    for seed in range(1, a.renders + 1):
-        film = a.folder / f'{name}-{size}-{samples}-{seed}.film'
-        if not film.exists():
-            part = film.with_suffix('.part')
-            subprocess.run(base + ['--spp', str(samples), '--seed', str(seed), '--denoise', '--checkpoint', part, '-o', scratch], check=True)
-            part.rename(film)
-        run = subprocess.run([a.program, 'denoise', film, '-v', '-o', scratch], capture_output=True, text=True, check=True)
-        number, told = r'[\d.e-]+', r'(?:at most [\d.e-]+|[\d.e-]+ \([^)]*\))'
-        # A claim with a reservation counts as none.
-        claimed = re.search(rf'denoised \(biased\): root relMSE ({told}), RMSE {told};', run.stderr + run.stdout)
-        figures = [float(x) for x in re.findall(number, claimed.group(1))] if claimed else [np.nan] * 3
-        claims.append(figures if len(figures) == 3 else [0, 0, *figures])
-        before.append(relative(channels(scratch, 'RGB'))); after.append(max(relative(channels(scratch, 'denoised')), 0))
-    error, claims = np.sqrt(after), np.array(claims)
-    known = ~np.isnan(claims[:, 0])
-    held = f"{100 * np.mean((claims[:, 1] <= error)[known] & (error <= claims[:, 2])[known]):.1f} %" if known.any() else '-'
-    value = f"{np.sqrt(np.mean(claims[known, 0] ** 2)):.4f}" if known.any() else '-'
-    print(f'| {name} | {size} | {samples} | {a.renders} | {np.sqrt(np.mean(before)):.4f} | {np.sqrt(np.mean(after)):.4f} | {value} | {held} | {100 * np.mean(~known):.1f} % |', flush=True)
+    base = [a.program, 'render', scene, '--integrator', 'path', '-s', a.size, '-q', '--threads', '1']
+    truth, picture, stats = a.folder / f'{name}-{a.size}-truth.exr', a.folder / 'scratch.exr', a.folder / 'scratch.json'
+    if not truth.exists():
+        subprocess.run(base + ['--spp', str(a.truth), '--seed', '900001', '-o', truth], check=True)
+    yield a.truth, channels(truth, 'RGB'), None, None
+    for samples in a.samples:
+        for seed in range(1, a.renders + 1):
+            # A film that has all of its samples is read and judged, not rendered again.
+            film = a.folder / f'{name}-{a.size}-{samples}-{seed}.film'
+            subprocess.run(base + ['--spp', str(samples), '--seed', str(seed), '--denoise', '--checkpoint', film, '-o', picture, '--stats', stats], check=True)
+            told = json.loads(stats.read_text())
+            yield samples, channels(picture, 'RGB'), channels(picture, 'denoised'), [told['error'], told['denoised']]
+
+def judge(a, scene):
+    """Two rows of the table for each number of samples: noisy, denoised."""
+    counts, noisy, denoised, claims = zip(*renders(a, scene))
+    n, noisy = np.array(counts, float)[:, None, None, None], np.array(noisy)
+    mean = (n * noisy).sum(0) / n.sum()
+    variance = (n * (noisy - mean) ** 2).sum(0) / (len(n) - 1)
+    for samples in a.samples:
+        for kind in (0, 1):
+            errors, known, held = [], [], 0
+            for i in (i for i, of in enumerate(counts) if claims[i] and of == samples):
+                rest = n.sum() - samples
+                truth = (mean * n.sum() - samples * noisy[i]) / rest
+                square = (((noisy, denoised)[kind][i] - truth) ** 2 - variance / rest) / (truth ** 2 + .01)
+                errors.append(max(square.mean(), 0)); claim = claims[i][kind]
+                if not claim['doubt']:
+                    known.append(claim['root_relmse']['value'] ** 2)
+                    held += claim['root_relmse']['low'] <= errors[-1] ** .5 <= claim['root_relmse']['high']
+            value = f'{np.mean(known) ** .5:.4f}' if known else '-'
+            print(f'| {scene} | {samples} | {("noisy", "denoised")[kind]} | {np.mean(errors) ** .5:.4f} | {value} | {held} of {len(known)} | {len(errors) - len(known)} |', flush=True)
 
 if __name__ == '__main__':
     p = argparse.ArgumentParser(); p.add_argument('program'); p.add_argument('folder', type=pathlib.Path); p.add_argument('scenes', nargs='+')
-    p.add_argument('--renders', type=int, default=100); p.add_argument('--sizes', default='64x48,32x24'); p.add_argument('--samples', default='16,64'); a = p.parse_args()
+    p.add_argument('--renders', type=int, default=100); p.add_argument('--size', default='48x32'); p.add_argument('--truth', type=int, default=2048)
+    p.add_argument('--samples', type=lambda text: [int(n) for n in text.split(',')], default=[16, 64, 256]); a = p.parse_args()
     a.folder.mkdir(parents=True, exist_ok=True)
-    print('| scene | size | samples | renders | root relMSE | denoised | claimed where known | interval holds | not known |\n|---|---|---|---|---|---|---|---|---|')
-    for scene in a.scenes:
-        for size in a.sizes.split(','):
-            for samples in a.samples.split(','): cell(a, scene, size, int(samples))
+    print('| scene | samples | picture | root relMSE | claimed where known | interval holds | flagged |\n|---|---|---|---|---|---|---|')
+    for scene in a.scenes: judge(a, scene)

@@ -1,7 +1,7 @@
 //! Mean radiance of a pixel and the standard error of this mean, estimated from the pixel's
 //! replicates.
 
-use super::relative_error::{REACH, average_along_axis};
+use super::relative_error::average_over_square;
 use super::sums::COVERAGE_UNITS;
 use super::{Film, FilmPart, ReplicateBuffer};
 
@@ -133,20 +133,12 @@ impl<'a> ReplicateStats<'a> {
             .iter()
             .map(|means| [f64::from(u8::from(known(means))); 3])
             .collect();
-        let near = |of: &[[f64; 3]]| {
-            average_along_axis(
-                &average_along_axis(of, REACH, width, 1),
-                REACH,
-                pixels / width,
-                width,
-            )
-        };
         let of_picture: [f64; 3] = core::array::from_fn(|i| {
             let [sum, count] =
                 [&of_samples, &counts].map(|of| of.iter().map(|value| value[i]).sum::<f64>());
             if count > 0.0 { sum / count } else { 0.0 }
         });
-        let (sums, counts) = (near(&of_samples), near(&counts));
+        let [sums, counts] = [&of_samples, &counts].map(|of| average_over_square(of, width));
         let error = |(pixel, means): (usize, &ReplicateDeviations)| {
             if !known(means) {
                 return [-1.0; 3];

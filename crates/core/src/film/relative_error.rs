@@ -1,15 +1,12 @@
-//! Denominators of relative squared errors: estimates of the squared true colour of a pixel from
-//! noisy samples.
+//! Denominators of relative squared errors: estimates of the true colour of a pixel from noisy
+//! samples.
 //!
-//! The product of two replicates' means is an unbiased estimate of the squared true colour,
-//! whatever the noise. But where light is rarely found, this product is zero in one pixel and ten
-//! times too large in the next. A relative error with such a denominator means nothing. Therefore
-//! neighbouring pixels contribute to the denominator: the more two replicates differ, the more
-//! their mean product over the neighbours counts. This mean is accurate where the colour changes
-//! slowly.
-//!
-//! A bright sample increases product and error together. An error is therefore weighted by
-//! replicates that are not part of the error, or the bias is accounted for.
+//! A bright sample is part of error and colour, so that an error is relative to replicates that are
+//! not part of it. Where light is rarely found, these replicates are black in one pixel and ten
+//! times too bright in the next: a relative error by them alone means nothing. Therefore
+//! neighbouring pixels contribute to the colour, as far as their differences are noise.
+
+use core::ops::Range;
 
 use glam::DVec3;
 
@@ -18,9 +15,84 @@ pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 /// Number of neighbouring pixels on each side that contribute to an average.
 pub(super) const REACH: usize = 2;
 
+/// What the neighbours of a pixel say about its true colour.
+#[derive(Clone, Copy)]
+pub(super) struct Surroundings {
+    /// Mean radiance of the neighbours.
+    pub mean: DVec3,
+    /// Variance by noise of the mean radiance of a neighbour.
+    pub noise: DVec3,
+    /// The same variance, averaged over the pixel too.
+    noise_with_pixel: DVec3,
+    /// Variance of the true colours of the pixel and its neighbours.
+    contrast: DVec3,
+    /// Number of neighbours.
+    count: f64,
+}
+
+impl Surroundings {
+    /// Returns the surroundings of each pixel, from the means of four replicates in rows of `width`
+    /// pixels.
+    pub fn from_replicates(four: &[Vec<[f64; 3]>], width: usize) -> Vec<Self> {
+        let pixels = four[0].len();
+        let [mut means, mut squares, mut noises] = [(); 3].map(|()| vec![[0.0; 3]; pixels]);
+        for pixel in 0..pixels {
+            let at = [0, 1, 2, 3].map(|r: usize| DVec3::from(four[r][pixel]));
+            let mean = at.iter().sum::<DVec3>() / 4.0;
+            let noise = at.iter().map(|at| (at - mean) * (at - mean)).sum::<DVec3>() / 12.0;
+            (means[pixel], squares[pixel]) = (mean.into(), (mean * mean).into());
+            noises[pixel] = noise.into();
+        }
+        let near = [&means, &squares, &noises].map(|of| average_over_square(of, width));
+        let surroundings = |pixel: usize| {
+            let [mean, square, noise] = near.each_ref().map(|of| DVec3::from(of[pixel]));
+            let [own, own_noise] = [&means, &noises].map(|of| DVec3::from(of[pixel]));
+            let all = (neighbours(pixel % width, width).len()
+                * neighbours(pixel / width, pixels / width).len()) as f64;
+            let count = (all - 1.0).max(1.0);
+            Self {
+                mean: (mean * all - own) / count,
+                noise: ((noise * all - own_noise) / count).max(DVec3::ZERO),
+                noise_with_pixel: noise,
+                contrast: if all > 1.0 {
+                    ((square - mean * mean) * all / count - noise).max(DVec3::ZERO)
+                } else {
+                    DVec3::MAX
+                },
+                count,
+            }
+        };
+        (0..pixels).map(surroundings).collect()
+    }
+
+    /// Returns factors that convert a squared error to a relative squared error, per channel. `own`
+    /// is the mean radiance of the pixel in replicates that are not part of the error; its variance
+    /// is `noise` times that of four replicates.
+    ///
+    /// The true colour T is taken to be normally distributed about the neighbours' mean. The factors
+    /// are the inverse of T² + 0.01 for the likeliest T with twice its variance added, since the
+    /// inverse of a noisy square is too large on average; the same inverse without the variance; and
+    /// twice the standard error of the first by the noise of the neighbours' mean: the pixels that
+    /// carry an error share neighbours.
+    pub fn weights(&self, own: DVec3, noise: f64) -> [DVec3; 3] {
+        let noise = noise * self.noise_with_pixel;
+        let share = noise / (noise + self.contrast).max(DVec3::splat(f64::MIN_POSITIVE));
+        let colour = (own + share * (self.mean - own)).max(DVec3::ZERO);
+        let square = colour * colour + FLOOR;
+        let weight = 1.0 / (square + 2.0 * share * self.contrast);
+        let deviation = DVec3::from((self.noise / self.count).to_array().map(f64::sqrt));
+        [
+            weight,
+            1.0 / square,
+            4.0 * colour * share * deviation * weight * weight,
+        ]
+    }
+}
+
 /// Returns for each pixel and channel the factor that converts a squared error to a relative
 /// squared error. The squared true colours are estimated from `a` and `b`, the means of two
-/// replicates, in rows of `width` pixels.
+/// replicates, in rows of `width` pixels: by their product, which is unbiased, and the more they
+/// differ, by its mean over the neighbours.
 pub(super) fn relative_error_weights(
     a: &[[f64; 3]],
     b: &[[f64; 3]],
@@ -31,12 +103,7 @@ pub(super) fn relative_error_weights(
         .zip(b)
         .map(|(a, b)| core::array::from_fn(|i| a[i] * b[i]))
         .collect();
-    let near = average_along_axis(
-        &average_along_axis(&own, REACH, width, 1),
-        REACH,
-        own.len() / width,
-        width,
-    );
+    let near = average_over_square(&own, width);
     let weight = |a: f64, b: f64, near: f64| {
         // One minus the ratio of the squared difference of both replicates to their squared sum.
         let (square, difference) = ((a + b) * (a + b), (a - b) * (a - b));
@@ -53,43 +120,25 @@ pub(super) fn relative_error_weights(
         .collect()
 }
 
-/// Returns for each channel the factor that converts a squared error to a relative squared error.
-/// `a` and `b` are the means of two replicates that are not part of the error. The factor is near
-/// 1/(T² + 0.01) on average, for the true colour T.
-///
-/// Because ab is noisy, the mean of 1/(ab + 0.01) would be too large. The relative excess is the
-/// variance of ab, estimated by (a² − b²)²/4, over (ab + 0.01)². Neighbouring pixels are not used:
-/// they would bias the factors where colours change.
-pub(super) fn weights_from_independent_pair(a: DVec3, b: DVec3) -> DVec3 {
-    let (relative_to, noise) = ((a * b).max(DVec3::ZERO) + FLOOR, (a * a - b * b) / 2.0);
-    relative_to / (relative_to * relative_to + noise * noise)
+/// Returns the positions along an axis of `length` pixels that are at most [`REACH`] from a position.
+fn neighbours(position: usize, length: usize) -> Range<usize> {
+    position.saturating_sub(REACH)..(position + REACH + 1).min(length)
 }
 
-/// Returns for each channel the factor that converts a squared error to a relative squared error:
-/// 1/(m² + 0.01). m is the mean of `a` and `b`, the two replicates in the error.
-pub(super) fn weights_from_same_pair(a: DVec3, b: DVec3) -> DVec3 {
-    1.0 / ((a + b) * (a + b) / 4.0 + FLOOR)
+/// Returns for each pixel the mean over the square of the pixel and its neighbours, in rows of
+/// `width` pixels.
+pub(super) fn average_over_square(of: &[[f64; 3]], width: usize) -> Vec<[f64; 3]> {
+    let rows = average_along_axis(of, width, 1);
+    average_along_axis(&rows, of.len() / width, width)
 }
 
-/// Returns for each channel the factor that converts a squared error to a relative squared error,
-/// from the means of four replicates. The mean of their pairwise products estimates the squared
-/// true colour.
-pub(super) fn weights_from_four_replicates([a, b, c, d]: [DVec3; 4]) -> DVec3 {
-    1.0 / (((a * b + c * d + (a + b) * (c + d)) / 6.0).max(DVec3::ZERO) + FLOOR)
-}
-
-/// Returns for each pixel the mean over the pixel and up to `reach` neighbours on both sides along
-/// one axis. The axis has `length` pixels, which are `step` entries apart in the list `of`.
-pub(super) fn average_along_axis(
-    of: &[[f64; 3]],
-    reach: usize,
-    length: usize,
-    step: usize,
-) -> Vec<[f64; 3]> {
+/// Returns for each pixel the mean over the pixel and its neighbours along one axis. The axis has
+/// `length` pixels, which are `step` entries apart in the list `of`.
+fn average_along_axis(of: &[[f64; 3]], length: usize, step: usize) -> Vec<[f64; 3]> {
     let mean = |position: usize| {
         let index = position / step % length;
         let first = position - index * step;
-        let range = index.saturating_sub(reach)..(index + reach + 1).min(length);
+        let range = neighbours(index, length);
         let n = range.len() as f64;
         let mut sum = [0.0; 3];
         for other in range {

@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use super::Film;
 use super::estimate::ReplicateStats;
-use super::leave_one_out::{LeaveOneOutStats, SingleReplicateBound};
+use super::leave_one_out::{LeaveOneOutStats, weight_of_small_lamp};
 use super::pixel_variance::{PixelVariance, squared_weighted_dot};
-use super::relative_error::{REACH, relative_error_weights};
+use super::relative_error::{REACH, Surroundings, relative_error_weights};
 use super::variance_sum::VarianceSum;
 
 /// Contributions of the pixels in a few rows to the error estimate.
@@ -61,10 +61,11 @@ impl Film {
             None => band.estimate_from_two_replicates(&means, width),
             Some(shares) => {
                 for four in means.chunks_exact(4) {
+                    let around = Surroundings::from_replicates(four, width);
                     for pixel in inner.clone() {
                         let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
-                        leave_one_out.add_pixel(at);
-                        band.add_pixel(pixel, at, shares);
+                        leave_one_out.add_pixel(at, around[pixel].mean);
+                        band.add_pixel(pixel, at, &around[pixel], shares);
                     }
                 }
             }
@@ -72,29 +73,6 @@ impl Film {
         let sums = [&band.absolute, &band.relative]
             .map(|pixels| sum_pixel_variances(&pixels[inner.clone()]));
         (sums, leave_one_out)
-    }
-
-    /// Returns the relative sum over the pixels of some rows, with the weights of confirmed light
-    /// where a single replicate found light; zero for fewer than four replicates.
-    pub(super) fn sum_confirmed_light(
-        &self,
-        planes: &ReplicateStats<'_>,
-        rows: Range<usize>,
-        replicates: u32,
-    ) -> VarianceSum {
-        let Some(shares) = pairing_weights(replicates) else {
-            return VarianceSum::default();
-        };
-        let means = self.collect_row_means(planes, rows, replicates);
-        let mut pixels = vec![PixelVariance::default(); means[0].len()];
-        for four in means.chunks_exact(4) {
-            for (pixel, sum) in pixels.iter_mut().enumerate() {
-                let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
-                let once = SingleReplicateBound::from_means(at);
-                sum.add_relative_variance(at.map(DVec3::from), Some(once), shares);
-            }
-        }
-        sum_pixel_variances(&pixels)
     }
 }
 
@@ -118,11 +96,18 @@ fn sum_pixel_variances(pixels: &[PixelVariance]) -> VarianceSum {
 impl RowVariances {
     /// Adds the variance of a pixel's mean from the means of four replicates; equal means
     /// contribute nothing. `shares` are the results of [`pairing_weights`].
-    fn add_pixel(&mut self, pixel: usize, four: [[f64; 3]; 4], shares: [f64; 2]) {
+    fn add_pixel(
+        &mut self,
+        pixel: usize,
+        four: [[f64; 3]; 4],
+        around: &Surroundings,
+        shares: [f64; 2],
+    ) {
         if four[1..].iter().any(|other| *other != four[0]) {
             let at = four.map(DVec3::from);
-            self.absolute[pixel].add_absolute_variance(at, shares);
-            self.relative[pixel].add_relative_variance(at, None, shares);
+            self.absolute[pixel].add_absolute_variance(at, around, shares);
+            let most = weight_of_small_lamp(at);
+            self.relative[pixel].add_relative_variance(at, around, most, shares);
         }
     }
 
@@ -145,13 +130,9 @@ impl RowVariances {
             let value_of = |weights: [f64; 3], beside: [f64; 3]| {
                 let variance = share * (0..3).map(|i| weights[i] * one[i] * one[i]).sum::<f64>();
                 PixelVariance {
-                    variance,
-                    by_four: variance,
-                    by_mean: variance,
-                    by_pair_mean: variance,
+                    variances: [variance, variance, variance, 0.0],
                     product: squared_weighted_dot(one, two, weights, beside),
-                    event_uncertainty: 0.0,
-                    prior_uncertainty: 0.0,
+                    ..PixelVariance::default()
                 }
             };
             self.absolute[pixel] = value_of([1.0; 3], [1.0; 3]);

@@ -10,19 +10,17 @@
 //! each has its own scrambles. So both estimates are summed over the picture, and the sum is nearly
 //! normal if many pixels contribute.
 //!
-//! The denominator of relative errors is itself estimated, in three variants. If it is the mean of
-//! the replicates themselves, the relative error is wrong by about the inverse of their number: a
-//! bright sample is part of error and denominator, and noise makes other pixels dark. So the
-//! results with the means of pairs and of all four replicates are extrapolated to very many
-//! replicates (Quenouille, "Notes on Bias in Estimation", 1956). This extrapolation is the
-//! estimated value, accurate to a hundredth for even noise. The other two variants are the product
-//! of the pair of replicates that is not part of the error, and the products of all four. Where
-//! light is rarely found, the product of the pair gives too large an error, because the pair seldom
-//! found light, and the products of all four too small an error. The standard error of the value is
-//! half of the distance between both variants, or half of the distance of their geometric mean from
-//! the value, whichever is more. The variant by the pair is also noisy; its noise is taken to be
-//! the difference of both variants in each pixel. With fewer than four replicates no other pair
-//! exists; then the value is a guess without an interval.
+//! Where a bright sample is so rare that hardly any pixel has two of them, these products are too
+//! small in most pictures, and far too large in few. The product of a pixel's variance with that of
+//! its neighbours has the same mean and is steadier, so the larger of both sums counts.
+//!
+//! The denominator of relative errors is itself estimated. A replicate's own bright sample is part
+//! of error and denominator, so the difference of two replicates is relative to the other two, and
+//! to the pixel's neighbours as far as their differences are noise
+//! ([`Surroundings`](super::relative_error::Surroundings)). The remaining uncertainty of the true
+//! colour makes two estimates, relative to the likeliest colour with and without the colour's
+//! variance. The value is their geometric mean, and half of their distance its standard error. With fewer than four replicates no other pair exists; then the value is a guess without an
+//! interval.
 //!
 //! The variance is a sum that few pixels may dominate, as at a lamp's ends. Then it is as uncertain
 //! as a variance of fewer normal numbers, 2(Σq)²/Σq² for sums of q (Satterthwaite, "An Approximate
@@ -30,12 +28,9 @@
 //! normal one. `benches/calibration.rs` measures how often the intervals hold, and from how many
 //! pixels on they are reliable.
 //!
-//! Where lamps are small and many, a pixel that is lit in a single replicate is not black; treated
-//! as black, a few such pixels would dominate the error. The leave-one-out test
-//! (`film::leave_one_out`) decides whether other pixels confirm such light, and gives the
-//! denominator of its error; then the value is the geometric mean. Where light is not rare it needs
-//! no confirmation: the means of replicates are accurate to a hundredth in a room lit through a
-//! window, where the geometric mean is a tenth too small.
+//! Where lamps are small and many, a pixel that is lit in a single replicate is not as dark as its
+//! neighbours. The leave-one-out test (`film::leave_one_out`) decides how much of the light is of
+//! such lamps, and bounds the weight of its error.
 //!
 //! Light that no sample found is in none of these estimates. But its possibility can be detected:
 //! paths that scatter and then continue by a lobe far narrower than the lights, of a mirror, glass
@@ -125,8 +120,9 @@ impl Film {
             .map(|(uncertainty, _)| uncertainty)
     }
 
-    /// Estimates the error, and returns whether light is rare, even if other pixels confirm the
-    /// light. A filter that spreads such light would hide its error.
+    /// Estimates the error, and returns whether the error of a denoised picture is unknown, although
+    /// that of the noisy one may be known: light is rare, so that a filter that spreads it would hide
+    /// its error, or the true colours are uncertain.
     pub(crate) fn estimate_uncertainty_and_rarity(&self) -> Option<(Uncertainty, bool)> {
         if !self.plan.random {
             return None;
@@ -149,35 +145,14 @@ impl Film {
             leave_one_out += again_in_band;
         }
         let [absolute, relative] = sums;
-        let (is_rare, is_confirmed) = (
-            relative.is_light_rare(),
-            leave_one_out.confirms_enough_light(),
-        );
-        let mut vouched = VarianceSum::default();
-        if is_rare || is_confirmed {
-            self.compute_by_bands(|rows| self.sum_confirmed_light(&planes, rows, fewest))
-                .into_iter()
-                .for_each(|of_band| vouched += of_band);
-        }
-        let is_few = if is_confirmed {
-            vouched.is_dominated_by_few_pixels()
-        } else {
-            relative.is_dominated_by_few_pixels()
-        };
+        let is_rare = relative.is_light_rare();
         let (pixels, replicates) = (self.plan.pixel_count() as f64, f64::from(fewest));
-        let rmse = absolute.estimate_root_mean(absolute.variance, pixels, replicates);
-        let root_relmse = if is_rare && is_confirmed {
-            vouched.estimate_root_mean(vouched.geometric_mean(), pixels, replicates)
-        } else {
-            relative.estimate_root_mean(
-                relative.extrapolate_to_many_replicates(),
-                pixels,
-                replicates,
-            )
-        };
+        let rmse = absolute.estimate_root_mean(0.0, pixels, replicates);
+        let lamps = leave_one_out.fraction_of_lamps();
+        let root_relmse = relative.estimate_root_mean(lamps, pixels, replicates);
         let doubts = [
             (
-                relative.variance > 0.0 && self.mean_brightness() < DARKEST,
+                relative.variance() > 0.0 && self.mean_brightness() < DARKEST,
                 EstimateDoubt::NearlyBlack,
             ),
             (fewest < MIN_REPLICATES, EstimateDoubt::FewSamples),
@@ -186,9 +161,9 @@ impl Film {
                 EstimateDoubt::LightByChance,
             ),
             (
-                is_few
-                    || is_rare && !is_confirmed
-                    || relative.variance == 0.0 && self.is_black_despite_lights(),
+                relative.is_dominated_by_few_pixels()
+                    || is_rare && !leave_one_out.excludes_lamps()
+                    || relative.variance() == 0.0 && self.is_black_despite_lights(),
                 EstimateDoubt::FewPixels,
             ),
             (root_relmse.is_meaningless(), EstimateDoubt::WideInterval),
@@ -203,7 +178,7 @@ impl Film {
                 replicates: fewest,
                 doubt,
             },
-            is_rare && vouched.is_light_rare(),
+            is_rare || relative.are_weightings_apart(),
         ))
     }
 
