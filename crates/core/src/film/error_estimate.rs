@@ -20,12 +20,13 @@ pub struct ErrorEstimate {
 /// Greatest ratio of the upper end of an interval to the value at which both say something.
 const WIDEST: f64 = 100.0;
 
-/// Ratio of the one-sided 90 % quantile of the normal distribution to the two-sided 95 % quantile.
-const ONE_SIDED: f64 = 0.654;
+/// Ratio of the one-sided 95 % quantile of the normal distribution to the two-sided 95 % quantile.
+const ONE_SIDED: f64 = 0.839;
 
 impl ErrorEstimate {
-    /// Returns the bound that the true error exceeds in 10 of 100 renders, where the interval is
-    /// log-normal above the value. The value itself without an interval.
+    /// Returns the bound that the true error exceeds in 5 of 100 renders, where the interval is
+    /// log-normal above the value. Of renders that end at the first bound below an error, which may
+    /// be so by chance, 10 in 100 exceed that error. The value itself without an interval.
     pub(crate) fn one_sided_bound(&self) -> f64 {
         if !self.high.is_finite() {
             return self.value;
