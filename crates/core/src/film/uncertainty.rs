@@ -12,7 +12,8 @@
 //!
 //! Where a bright sample is so rare that hardly any pixel has two of them, these products are too
 //! small in most pictures, and far too large in few. The product of a pixel's variance with that of
-//! its neighbours has the same mean and is steadier, so the larger of both sums counts.
+//! its neighbours has the same mean and is steadier: where that sum is larger, it counts as far as
+//! light is rare.
 //!
 //! The denominator of relative errors is itself estimated. A replicate's own bright sample is part
 //! of error and denominator, so the difference of two replicates is relative to the other two, and

@@ -133,10 +133,15 @@ impl VarianceSum {
         };
         let [own, near] = [(self.product, of_own), (self.neighbour_product, of_near)]
             .map(|([sum, square], share)| (share * sum, 2.0 * sum * sum / square));
-        let (products, freedom) = if near.0 > own.0 { near } else { own };
+        let rarity = 1.0 - bounded / variance;
+        let (products, freedom) = if near.0 > own.0 && rarity > 0.0 {
+            (own.0 + (near.0 - own.0) * (2.0 * rarity).min(1.0), near.1)
+        } else {
+            own
+        };
         let spread = (products / (middle * middle)).max(minimum)
             + self.uncertainty / (middle * middle)
-            + RARE_LIGHT_ERROR * (1.0 - bounded / variance) / self.carriers()
+            + RARE_LIGHT_ERROR * rarity / self.carriers()
             + (libm::log(likeliest / variance) / 2.0).powi(2);
         // Degrees of freedom of the sum, rounded down; infinite without any contribution.
         let factor = student_factor_95(if freedom.is_finite() {

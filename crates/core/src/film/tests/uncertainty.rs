@@ -35,9 +35,8 @@ pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
 /// Protects: for replicates with the means 1, 2, 3, 4 the mean has a variance of 5/12, whose root
 /// is the error. Differences of pairs are (−1, −1), (−2, −2) and (−3, 1) in each of three fully
 /// correlated channels, so that their squared products are 9 times 1, 16 and 9: a mean of 78 over
-/// 24 = 2R(R − 1), relative to (3 · 5/12)² in each of fifty pixels of a hundred. The product with the
-/// variance of the neighbours is more, 2R/(R − 1) = 8/3: all neighbours of 46 pixels have it, three
-/// of four of two pixels, and half of two. Degrees of freedom are twice (Σq)²/Σq².
+/// 24 = 2R(R − 1), relative to (3 · 5/12)² in each of fifty pixels of a hundred. Fifty equal
+/// products have a hundred degrees of freedom, with a factor of 1.98397 in tables.
 #[test]
 fn errors_of_pictures_by_hand() {
     let mut pixels = [[2.5; 4]; 100];
@@ -47,9 +46,7 @@ fn errors_of_pictures_by_hand() {
         .expect("four replicates");
     assert!((uncertainty.rmse.value - (5.0_f64 / 24.0).sqrt()).abs() < 1e-12);
     assert!((uncertainty.rmse.carriers - 50.0).abs() < 1e-9);
-    let (sum, squares) = (46.0_f64 + 1.5 + 1.0, 46.0 + 2.0 * 0.5625 + 2.0 * 0.25);
-    let factor = student_factor_95((2.0 * sum * sum / squares) as u32);
-    let half = factor * (8.0 / 3.0 * sum / 2500.0).sqrt() / 2.0;
+    let half = 1.983_971_5 * (78.0 / 24.0 / (1.25_f64 * 1.25) / 50.0).sqrt() / 2.0;
     assert!((uncertainty.rmse.high / uncertainty.rmse.value - half.exp()).abs() < 1e-6);
     assert!((uncertainty.rmse.low / uncertainty.rmse.value - (-half).exp()).abs() < 1e-6);
     assert_eq!((uncertainty.doubt, uncertainty.replicates), (None, 4));
