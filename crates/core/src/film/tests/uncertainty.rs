@@ -3,7 +3,6 @@
 use super::{layers, ready, rendered, settings};
 use crate::film::{Counters, EstimateDoubt, Film, ReplicateBuffer};
 use crate::hash::splitmix64;
-use crate::metrics::student_factor_95;
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
 use crate::{ReadyScene, prepare};
