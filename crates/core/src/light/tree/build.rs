@@ -2,6 +2,7 @@
 //! expected cost, the costliest group first ("Importance Sampling of Many Lights with Adaptive Tree
 //! Splitting", Conty Estevez, Kulla 2018).
 
+use core::cmp::Ordering;
 use core::f64::consts::PI;
 use core::ops::Range;
 
@@ -9,6 +10,20 @@ use glam::DVec3;
 
 use super::{LightLeaf, WIDTH};
 use crate::light::{LightBounds, LightId};
+
+/// Greatest relative difference of two costs or lengths that count as equal. Lights in a regular
+/// arrangement have groups of equal cost up to rounding. If rounding decided between these, lights
+/// stored in another precision would form another tree, and pictures would differ in their noise.
+const ROUNDING: f64 = 1e-5;
+
+/// Compares two costs or lengths; they are equal if they differ by rounding.
+fn compare_up_to_rounding(a: f64, b: f64) -> Ordering {
+    if (a - b).abs() <= ROUNDING * a.abs().max(b.abs()) {
+        Ordering::Equal
+    } else {
+        a.total_cmp(&b)
+    }
+}
 
 /// Summed bounds and power of a group of lights.
 #[derive(Clone, Copy, Debug)]
@@ -66,9 +81,7 @@ pub(super) fn partition_children(leaves: &mut [LightLeaf], whole: LeafGroup) -> 
             .enumerate()
             .filter(|(_, group)| group.range().len() > 1 && (whole || size(group) >= smallest));
         let dearest = open.max_by(|(_, a), (_, b)| {
-            a.sum
-                .cost()
-                .total_cmp(&b.sum.cost())
+            compare_up_to_rounding(a.sum.cost(), b.sum.cost())
                 .then(a.range().len().cmp(&b.range().len()))
         });
         let Some((index, &group)) = dearest else {
@@ -180,7 +193,7 @@ fn split_group(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usi
     let extent = most - least;
     let longest = extent.max_element();
     let along = (0..3)
-        .max_by(|&a, &b| extent[a].total_cmp(&extent[b]))
+        .max_by(|&a, &b| compare_up_to_rounding(extent[a], extent[b]))
         .unwrap_or(0);
     let by_place = |leaves: &mut [LightLeaf]| {
         leaves.select_nth_unstable_by(middle, |a, b| {
@@ -197,7 +210,9 @@ fn split_group(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usi
     }
     let bin = |leaf: &LightLeaf, axis: usize| {
         let share = (leaf.bounds.bounding_box.centre()[axis] - least[axis]) / extent[axis];
-        ((share * BINS as f64) as usize).min(BINS - 1)
+        // The centres of a regular arrangement lie on the borders of bins. Each border lies a
+        // little below, so that rounding moves no centre across.
+        ((share * BINS as f64 + BINS as f64 * ROUNDING) as usize).min(BINS - 1)
     };
     let span = whole.bounding_box.extent();
     let mut best: Option<(f64, usize, usize)> = None;
@@ -215,8 +230,10 @@ fn split_group(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usi
         let slender = span.max_element() / span[axis].max(f64::MIN_POSITIVE);
         for (k, cost) in split_costs(&bins).into_iter().enumerate() {
             let cost = cost.map(|cost| cost * slender);
-            if let Some(cost) = cost.filter(|&cost| best.is_none_or(|(minimum, ..)| cost < minimum))
-            {
+            let is_least = |cost: &f64| {
+                best.is_none_or(|(least, ..)| compare_up_to_rounding(*cost, least).is_lt())
+            };
+            if let Some(cost) = cost.filter(is_least) {
                 best = Some((cost, axis, k));
             }
         }

@@ -451,3 +451,36 @@ fn what_has_no_importance_takes_no_room() {
         assert!(sums[WIDTH] == 0.0 || 1.0_f64.next_down() * sums[WIDTH] < sums[WIDTH]);
     }
 }
+
+/// Protects: lights in rows, columns and layers, whose groups have equal costs, form the same tree
+/// after their coordinates are rounded, as those of another precision are.
+#[test]
+fn rounding_moves_no_light_of_a_regular_arrangement() {
+    for [nx, ny, nz] in [[4, 1, 3], [3, 2, 2], [5, 5, 1], [3, 3, 3], [8, 1, 8]] {
+        let places = |seed: u64| {
+            let light = move |i: u64| {
+                let [x, y, z] = [i % nx, i / nx % ny, i / (nx * ny)].map(|k| k as f64);
+                let rounding =
+                    |k: u64| (number(9 * i + k + seed) - 0.5) * 1e-7 * (seed as f64).min(1.0);
+                let moved = |at: f64, k: u64| at * (1.0 + rounding(k));
+                let least = DVec3::new(
+                    moved(0.9 * x - 1.5, 0),
+                    moved(0.9 * y + 2.0, 1),
+                    moved(0.9 * z - 1.0, 2),
+                );
+                let space = Aabb {
+                    min: least,
+                    max: least + DVec3::new(0.3, 0.0, 0.3) * (1.0 + rounding(3)),
+                };
+                (
+                    LightBounds::for_flat_surface(space, DVec3::NEG_Y),
+                    1.0 + rounding(4),
+                )
+            };
+            tree((0..nx * ny * nz).map(light)).1
+        };
+        for seed in 1..100 {
+            assert_eq!(places(seed), places(0), "{nx} {ny} {nz}, rounding {seed}");
+        }
+    }
+}
