@@ -4,6 +4,7 @@ use raywright::core::picture::Picture;
 use raywright::core::prepare;
 use raywright::core::scene::{Scene, Shape, SideRule};
 use raywright::core::settings::{Sampling, Settings};
+use serde_json::json;
 
 /// A close view of a white floor, under a round lamp of radius 1 and radiance 10 at height 2 that
 /// shines down.
@@ -49,6 +50,20 @@ fn mean(scene: &Scene) -> f64 {
 fn a_disk_lights_the_floor_by_its_form_factor() {
     let found = mean(&scene(None, DISK));
     assert!((found - 2.0).abs() < 0.02, "{found} instead of 2");
+}
+
+/// Protects: a lamp of varying emission that moves lights the floor from where it is. Light is not
+/// sampled at the place where it was at time 0.
+#[test]
+fn a_moving_lamp_shines_from_where_it_is() {
+    let mut moving = serde_json::to_value(scene(None, DISK)).expect("plain data");
+    moving["render"]["integrator"] = "path".into();
+    moving["cameras"][0]["shutter"] = json!([0.9999, 1]);
+    moving["materials"][1]["model"]["classic"]["emission"] = "10 + 0*p.x".into();
+    moving["objects"][1]["transform"] = json!([{ "translate": [3, 0, 0] }]);
+    moving["objects"][1]["transform_end"] = json!([]);
+    let found = mean(&serde_json::from_value(moving).expect("the scene is right"));
+    assert!((found - 2.0).abs() < 0.1, "{found} instead of 2");
 }
 
 /// Protects: an occluder casts a shadow with the right penumbra. An occluder of half the lamp's

@@ -12,6 +12,7 @@ use crate::generate::{objects_relative_to, objects_with_counts};
 use crate::interaction::{Interaction, interpolate_vertex_attribute};
 use crate::light::{EmissionEstimate, EmitterList};
 use crate::lookup::SceneLookup;
+use crate::motion::object_transforms_at_ends;
 use crate::observer::Observer;
 use crate::scene::{MOST_UV_SETS, MeshData, Scene, Shape};
 use crate::shape::convert_shape;
@@ -90,6 +91,11 @@ pub(super) fn list_emitters<R: Real>(
         }
         list.begin_object();
         let object = placed_object.object;
+        // Samples lie where the object is at time 0. So a moving object is not sampled: only paths
+        // that hit it find its light.
+        if object_transforms_at_ends(object).is_some() {
+            continue;
+        }
         let Some((position, material)) = lookup.material(&object.material) else {
             continue;
         };
