@@ -3,7 +3,9 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::material::{Glass, MetallicRoughness};
-use crate::prepare::{ConstantIor, PhysicalInputs, PhysicalTransmission, RefractiveIndex};
+use crate::prepare::{
+    ConstantIor, PhysicalInputs, PhysicalTransmission, RefractiveIndex, tinted_shadow_transmittance,
+};
 use crate::scene::{AlphaMode, Physical as PhysicalData};
 use crate::texture::ShadingContext;
 
@@ -80,7 +82,10 @@ impl<R: Real> PhysicalInputs<R> {
     /// is absent by alpha or transmissive.
     pub fn shadow_transmittance_at(&self, context: &ShadingContext<'_, R>) -> R {
         let through = self.transmission.as_ref().map_or(R::ZERO, |transmission| {
-            transmission.shadow_transmittance(transmission.transmissive_share_at(context))
+            tinted_shadow_transmittance(
+                self.base_colour_at(context),
+                transmission.transmissive_share_at(context),
+            )
         });
         R::ONE - self.alpha_at(context) * (R::ONE - through)
     }

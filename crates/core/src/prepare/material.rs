@@ -12,7 +12,9 @@ use layered::layers_need_tangents;
 pub(crate) use layered::{
     AnisotropyFrame, FilmThickness, InputFieldTypes, LayeredInputs, count_layered_materials,
 };
-pub(crate) use physical::{ConstantIor, PhysicalInputs, PhysicalTransmission, RefractiveIndex};
+pub(crate) use physical::{
+    ConstantIor, PhysicalInputs, PhysicalTransmission, RefractiveIndex, tinted_shadow_transmittance,
+};
 
 use super::error::PrepareError;
 use super::inputs::InputCompiler;

@@ -47,7 +47,7 @@ use lights::{build_sky_sampler, prepare_irradiance, prepare_lights};
 pub(crate) use material::{
     AnisotropyFrame, ClassicInputs, ConstantIor, FilmThickness, InputFieldTypes, LayeredInputs,
     PhysicalInputs, PhysicalTransmission, PreparedMaterial, ReflectionInputs, RefractiveIndex,
-    SpecularInputs, TransmissionInputs,
+    SpecularInputs, TransmissionInputs, tinted_shadow_transmittance,
 };
 use material_set::MaterialSet;
 use prepared_parts::PreparedParts;

@@ -35,17 +35,12 @@ impl<R: Real> InputProduct<R> {
         }
     }
 
-    /// Returns the input's value without the image, or `None` if the input varies.
-    pub fn constant_factor(&self) -> Option<R::Vec3> {
-        match self.input {
-            PreparedInput::Constant(c) => Some(c),
-            _ => None,
-        }
-    }
-
     /// Returns the product's value, or `None` if the input or the image varies.
     pub fn constant_value(&self) -> Option<R::Vec3> {
-        self.constant_factor().filter(|_| self.image.is_none())
+        match (self.input, self.image) {
+            (PreparedInput::Constant(value), None) => Some(value),
+            _ => None,
+        }
     }
 }
 

@@ -79,18 +79,14 @@ impl<R: Real> ConstantIor<R> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhysicalTransmission<R: Real> {
     pub share: InputProduct<R>,
-    /// Tint of shadow rays by the base colour; white if the base colour varies.
-    pub tint: R::Vec3,
     /// Transmittance for shadow rays if it is constant; `None` if it varies.
     pub constant_transmittance: Option<R>,
 }
 
-impl<R: Real> PhysicalTransmission<R> {
-    /// Returns the transmittance for shadow rays where `share` of the light is transmitted: the
-    /// mean over the channels.
-    pub fn shadow_transmittance(&self, share: R) -> R {
-        (self.tint * share).dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))
-    }
+/// Returns the transmittance for shadow rays where `share` of the light is transmitted and tinted
+/// by the base colour `base`: the mean over the channels.
+pub(crate) fn tinted_shadow_transmittance<R: Real>(base: R::Vec3, share: R) -> R {
+    (base * share).dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))
 }
 
 impl<R: Real> PhysicalInputs<R> {
@@ -244,15 +240,11 @@ fn prepare_transmission<R: Real>(
     inputs: &mut InputCompiler<'_, R>,
 ) -> Result<PhysicalTransmission<R>, PrepareError> {
     let share = inputs.compile_factor(&m.transmission, &m.transmission_texture, "transmission")?;
-    let transmission = PhysicalTransmission {
-        share,
-        tint: base.constant_factor().unwrap_or(R::Vec3::ONE),
-        constant_transmittance: None,
-    };
+    let constant_base = base.constant_value().filter(|_| !m.vertex_colours);
     Ok(PhysicalTransmission {
-        constant_transmittance: share
-            .constant_value()
-            .map(|share| transmission.shadow_transmittance(share.x())),
-        ..transmission
+        share,
+        constant_transmittance: constant_base
+            .zip(share.constant_value())
+            .map(|(base, share)| tinted_shadow_transmittance(base, share.x())),
     })
 }
