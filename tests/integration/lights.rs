@@ -58,3 +58,33 @@ fn what_is_behind_a_light_casts_no_shadow() {
         }
     }
 }
+
+/// Protects: a light without falloff shines on an endless plane alone, a scene without extent, as
+/// it does on a part of the plane.
+#[test]
+fn endless_planes_alone_are_lit() {
+    let lit = |shape: &str| {
+        let text = format!(
+            r#"{{ "format": 1, "render": {{ "integrator": "path" }},
+            "cameras": [{{ "pose": {{ "look_at": {{ "eye": [0, 1, 1], "target": [0, 0, 0] }} }},
+                          "projection": {{ "pinhole": {{ "vertical_fov": 40 }} }} }}],
+            "lights": [{{ "kind": {{ "point": {{ "position": [0, 2, 0], "falloff": "none" }} }}, "colour": 0.5 }}],
+            "materials": [{{ "name": "matte", "model": {{ "classic": {{ "diffuse": 1 }} }} }}],
+            "objects": [{{ "shape": {shape}, "material": "matte" }}] }}"#
+        );
+        let scene: Scene = serde_json::from_str(&text).expect("the scene is right");
+        let settings = Settings {
+            size: [4, 4],
+            sampling: Sampling::General(4),
+            ..Settings::from_scene(&scene)
+        };
+        let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
+        ready.render(&()).picture.rgb
+    };
+    let plane = lit(r#"{ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }"#);
+    let part =
+        lit(r#"{ "quad": { "corner": [-4, 0, 4], "edge_u": [8, 0, 0], "edge_v": [0, 0, -8] } }"#);
+    for (a, b) in plane.iter().zip(&part) {
+        assert!(a[0] > 0.1 && (a[0] - b[0]).abs() < 1e-3, "{a:?}, {b:?}");
+    }
+}

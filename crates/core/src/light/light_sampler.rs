@@ -56,8 +56,7 @@ impl LightSampler {
                 _ => {}
             }
         }
-        // A scene of zero extent receives no power from distant lights, but still receives
-        // radiance; distant lights then count equally.
+        // Distant lights whose powers are out of range count equally.
         if !powers.iter().any(|&power| power > 0.0 && power.is_finite()) {
             powers.fill(1.0);
         }

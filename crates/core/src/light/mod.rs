@@ -119,8 +119,8 @@ pub struct Lights<R: Real> {
     sky_sampler: Option<SkySampler>,
     /// Sampler of lights; empty until prepared.
     light_sampler: LightSampler,
-    /// Half the diagonal of the bounded part of the scene: the radius of the scene for infinitely
-    /// distant lights.
+    /// Half the diagonal of the bounded part of the scene, or 1 without such a part: the radius of
+    /// the scene for infinitely distant lights.
     scene_radius: f64,
 }
 
@@ -132,11 +132,10 @@ impl<R: Real> Lights<R> {
         sky: SkyRadiance<R>,
         scene: &Aabb,
     ) -> Self {
-        let reach = if scene.is_empty() {
-            0.0
-        } else {
-            0.5 * scene.extent().length()
-        };
+        // Unbounded surfaces alone have no extent, but receive light too.
+        let reach = Some(0.5 * scene.extent().length())
+            .filter(|&reach| !scene.is_empty() && reach > 0.0)
+            .unwrap_or(1.0);
         Self {
             delta,
             emitters,
