@@ -11,7 +11,9 @@ use raywright::core::generate::expand_generators;
 use raywright::core::picture::Picture;
 use raywright::core::scene::{Integrator, Shape, TransformStep};
 use raywright::core::settings::{Aov, Background, Crop, PrecisionChoice, Sampling};
-use raywright::core::{Observer, ReadyScene, Scene, Settings, affine_from_steps, prepare};
+use raywright::core::{
+    Observer, ReadyScene, RenderOutput, Scene, Settings, affine_from_steps, prepare,
+};
 use raywright::io::Limits;
 use raywright::io::output::{
     PictureMetadata, StoredFilm, read_film, read_picture, write_film, write_picture,
@@ -35,13 +37,11 @@ pub const CHECKS: &[Check] = &[
     ("the scan", |case| {
         case.differs(|s| s.accelerator = AcceleratorKind::Linear)
     }),
-    ("build qualities", |case| {
-        let qualities = BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree);
-        qualities
-            .into_iter()
-            .find_map(|kind| case.differs(|s| s.accelerator = kind))
+    ("a build quality", |case| {
+        let quality = BuildQuality::ALL[case.turn(BuildQuality::ALL.len())];
+        case.differs(|s| s.accelerator = AcceleratorKind::Tree(quality))
     }),
-    ("seven threads", |case| {
+    ("two renders at once by seven threads", |case| {
         let tile_size = if case.is_adaptive() {
             case.settings.tile_size
         } else {
@@ -51,18 +51,16 @@ pub const CHECKS: &[Check] = &[
             tile_size,
             ..case.settings.clone()
         };
-        let output = case.seven.install(|| case.ready_for(&settings).render(&()));
-        difference(&case.whole, &output.picture)
-    }),
-    ("a second render", |case| {
-        let ready = case.ready(|_| ());
-        let pair = case
-            .seven
-            .install(|| rayon::join(|| ready.render(&()), || ready.render(&())));
-        difference(&case.whole, &pair.0.picture)
-            .or_else(|| difference(&case.whole, &pair.1.picture))
+        let (a, b) = case.seven.install(|| {
+            let ready = case.ready_for(&settings);
+            rayon::join(|| ready.render(&()), || ready.render(&()))
+        });
+        case.differs_from(&a).or_else(|| case.differs_from(&b))
     }),
     ("a crop", |case| {
+        if case.is_adaptive() || case.settings.crop.is_some() {
+            return None;
+        }
         let crop = Crop {
             x: 3,
             y: 2,
@@ -72,15 +70,10 @@ pub const CHECKS: &[Check] = &[
         let cropped = case.picture(|s| s.crop = Some(crop));
         let mut inside = part(&case.whole, crop);
         inside.window = cropped.window;
-        if case.is_adaptive() {
-            return None;
-        }
         difference(&without_errors(inside), &without_errors(cropped))
     }),
+    // Parts of an adaptive render end with their round, and are continued together.
     ("merged parts", |case| {
-        if case.is_adaptive() {
-            return None;
-        }
         let ready = case.ready(|_| ());
         let share = |index| {
             let mut film = ready.new_film("pairs");
@@ -91,8 +84,16 @@ pub const CHECKS: &[Check] = &[
             Ok(case.stored(film))
         };
         let parts: Result<Vec<Film>, String> = [2, 0, 1].into_iter().map(share).collect();
-        let merged = parts.and_then(|parts| Film::merge(&parts).map_err(|e| e.to_string()));
-        merged.map_or_else(Some, |film| difference(&case.whole, &film.picture()))
+        let merged = parts.and_then(|parts| {
+            let mut film = Film::merge(&parts).map_err(|e| e.to_string())?;
+            let whole = film.full_part();
+            if case.is_adaptive() {
+                let continued = ready.render_part(&mut film, &whole, &());
+                continued.map_err(|e| e.to_string())?;
+            }
+            Ok(film)
+        });
+        merged.map_or_else(Some, |film| case.differs_from_film(&film))
     }),
     ("a stopped render", |case| {
         let ready = case.ready(|_| ());
@@ -112,7 +113,7 @@ pub const CHECKS: &[Check] = &[
                 return Some(error.to_string());
             }
         }
-        difference(&case.whole, &film.picture())
+        case.differs_from_film(&film)
     }),
     ("more samples", |case| {
         let Sampling::General(all @ 9..) = case.settings.sampling else {
@@ -134,22 +135,27 @@ pub const CHECKS: &[Check] = &[
             Err(error) => Some(error.to_string()),
         }
     }),
-    ("no layers, and each alone", |case| {
+    ("no layers, and one alone", |case| {
         if case.is_adaptive() {
             return None;
         }
-        let bare = case.picture(|s| s.aovs = Vec::new());
-        let alone = case
-            .settings
-            .aovs
-            .iter()
-            .map(|&aov| case.picture(|s| s.aovs = vec![aov]));
-        std::iter::once(bare).chain(alone).find_map(|found| {
-            let mut expected = case.whole.clone();
-            expected
-                .layers
-                .retain(|layer| found.layer(&layer.name).is_some());
-            difference(&without_errors(expected), &without_errors(found))
+        let aovs = &case.settings.aovs;
+        let alone = aovs.get(case.turn(aovs.len().max(1))).copied();
+        let lists = [Some(Vec::new()), alone.map(|aov| vec![aov])];
+        lists.into_iter().flatten().find_map(|aovs| {
+            let found = case.output(|s| s.aovs = aovs);
+            [
+                (&case.whole, &found.picture),
+                (case.output.final_picture(), found.final_picture()),
+            ]
+            .into_iter()
+            .find_map(|(expected, found)| {
+                let mut expected = expected.clone();
+                expected
+                    .layers
+                    .retain(|layer| found.layer(&layer.name).is_some());
+                difference(&without_errors(expected), &without_errors(found.clone()))
+            })
         })
     }),
     ("a camera that is replaced", |case| {
@@ -162,7 +168,7 @@ pub const CHECKS: &[Check] = &[
         if !ready.replace_camera(&case.scene, &camera) {
             return None;
         }
-        difference(&case.whole, &case.one.install(|| ready.render(&())).picture)
+        case.differs_from(&case.one.install(|| ready.render(&())))
     }),
     ("previews", |case| {
         let samples = case.settings.sampling.samples_per_pixel();
@@ -206,20 +212,15 @@ pub const CHECKS: &[Check] = &[
             Err(error) => Some(error.to_string()),
         }
     }),
-    ("a denoised picture by seven threads", |case| {
-        let ready = case.ready(|_| ());
-        let [one, seven] = [case.one, case.seven].map(|pool| pool.install(|| ready.render(&())));
-        difference(one.final_picture(), seven.final_picture())
-    }),
     ("lost samples", |case| {
-        let counters = case.ready(|_| ()).render(&()).counters;
-        counters
-            .sample_losses()
-            .next()
-            .is_some()
-            .then(|| format!("{counters:?}"))
+        let counters = case.output.counters;
+        let lost = counters.sample_losses().next().is_some();
+        lost.then(|| format!("{counters:?}"))
     }),
     ("the other precision", |case| {
+        if case.is_adaptive() {
+            return None;
+        }
         let other = match case.settings.precision {
             PrecisionChoice::Robust => PrecisionChoice::Reference,
             PrecisionChoice::Reference => PrecisionChoice::Robust,
@@ -227,6 +228,9 @@ pub const CHECKS: &[Check] = &[
         apart(&case.whole, &case.picture(|s| s.precision = other), 0.15)
     }),
     ("a motion that is held", |case| {
+        if case.is_adaptive() {
+            return None;
+        }
         let camera = case.settings.camera.clone()?;
         let [open, close] = camera.shutter?;
         let middle = 0.5 * (open + close);
@@ -238,8 +242,11 @@ pub const CHECKS: &[Check] = &[
             .without
             .or(EffectSet::from_effects(&[Effect::Motion]));
         let opened = case.picture(|s| s.without = off);
-        let random =
-            !case.settings.sampling.is_fixed() && !case.settings.without.has(Effect::Motion);
+        // A body that moves is not sampled as a lamp.
+        let is_lamp = case.choice[axis_index("glow")] > 0 && !case.sketch().end.is_empty();
+        let random = !case.settings.sampling.is_fixed()
+            && !case.settings.without.has(Effect::Motion)
+            && !is_lamp;
         apart(&case.still_at(open), &opened, 0.1)
             .map(|found| format!("without motion: {found}"))
             .or_else(|| random.then(|| apart(&still, &held, 0.1)).flatten())
@@ -264,6 +271,9 @@ pub const CHECKS: &[Check] = &[
         )
     }),
     ("copies of a mesh", |case| {
+        if case.scene.meshes.is_empty() || case.is_adaptive() {
+            return None;
+        }
         let mut scene = case.scene.clone();
         (scene.objects, scene.generators) = (expand_generators(&scene), Vec::new());
         let meshes = scene.meshes.clone();
@@ -276,7 +286,7 @@ pub const CHECKS: &[Check] = &[
             }
         }
         let copies = case.one.install(|| Case::render(&scene, &case.settings));
-        apart(&case.whole, &copies, 0.1)
+        apart(&case.whole, &copies.picture, 0.1)
     }),
     ("first hits by either integrator", |case| {
         let kept = [
@@ -318,6 +328,80 @@ pub const CHECKS: &[Check] = &[
         let other = covered.filter(|&i| sky.rgb[i] != clear.rgb[i]).count();
         (other > 0).then(|| format!("{other} covered pixels depend on the background"))
     }),
+    ("a transform of a texture's coordinates", |case| {
+        let Colouring::Texture(texture, own) = case.sketch().colouring else {
+            return None;
+        };
+        let [row0, row1] =
+            serde_json::from_value::<[[f64; 3]; 2]>(own["uv_transform"].clone()).ok()?;
+        // These depend on the coordinates themselves.
+        let mut choice = case.with("shape", "smooth mesh");
+        for axis in ["layer", "bumps", "alpha", "glow"] {
+            choice[axis_index(axis)] = 0;
+        }
+        let mut mapped = sketch(&choice);
+        mapped.colouring = Colouring::Texture(texture, serde_json::json!({}));
+        let uvs = &mut mapped.parts["meshes"][0]["source"]["inline"]["uvs"][0];
+        for uv in uvs.as_array_mut().expect("coordinates") {
+            let [u, v] = [0, 1].map(|i| uv[i].as_f64().expect("a number"));
+            let map = |row: [f64; 3]| row[0] * u + row[1] * v + row[2];
+            *uv = serde_json::json!([map(row0), map(row1)]);
+        }
+        case.sketches_differ(sketch(&choice), mapped)
+    }),
+    ("a transform of a mesh's corners", |case| {
+        let mut choice = case.with("shape", "flat mesh");
+        for axis in ["count", "motion", "loading"] {
+            choice[axis_index(axis)] = 0;
+        }
+        let (placed, mut baked) = (sketch(&choice), sketch(&choice));
+        let steps: Vec<TransformStep> = std::mem::take(&mut baked.steps)
+            .into_iter()
+            .map(|step| serde_json::from_value(step).expect("a step"))
+            .collect();
+        let map = affine_from_steps(&steps);
+        // Only scenes with edges, whose widths depend on all of this. A mirrored mesh is turned
+        // inside out.
+        if !case.settings.wireframe || steps.is_empty() || map.matrix3.determinant() < 0.0 {
+            return None;
+        }
+        let corners = &mut baked.parts["meshes"][0]["source"]["inline"]["positions"];
+        for corner in corners.as_array_mut().expect("corners") {
+            let place = serde_json::from_value::<[f64; 3]>(corner.take()).expect("a corner");
+            *corner = serde_json::json!(map.transform_point3(place.into()).to_array());
+        }
+        case.sketches_differ(placed, baked)
+    }),
+    ("light through a body that is not there", |case| {
+        if case.choice[axis_index("alpha")] == 0 {
+            return None;
+        }
+        // Light that the body sends, rules by which the first occluder decides, caps of a section
+        // and a studio's ground do not depend on its opacity.
+        let mut choice = case.with("floor", "no");
+        for axis in ["glow", "rules", "loading", "ending", "camera", "crop"] {
+            choice[axis_index(axis)] = 0;
+        }
+        if case.choice[axis_index("sky")] == value_index("sky", "studio") {
+            choice[axis_index("sky")] = 0;
+        }
+        // Only light on its way to a floor passes the body: paths that pass surfaces have other
+        // random numbers.
+        let below = |mut sketch: Sketch| {
+            sketch.floor(serde_json::json!({ "quad": { "corner": [-3, -4, 3], "edge_u": [6, 0, 0], "edge_v": [0, 0, -6] } }));
+            let shutter = sketch.camera["shutter"].take();
+            sketch.camera = serde_json::json!({
+                "pose": { "look_at": { "eye": [0.3, -2.5, 0.5], "target": [0, -4, 0] } },
+                "projection": { "pinhole": { "vertical_fov": 70 } }, "shutter": shutter,
+            });
+            sketch.settings(|t| (t.aovs, t.max_depth) = (Vec::new(), 2));
+            sketch
+        };
+        let (mut clear, mut empty) = (sketch(&choice), sketch(&choice));
+        clear.fields(serde_json::json!({ "opacity": 0 }));
+        (empty.copies, empty.generator) = (Vec::new(), None);
+        case.sketches_differ(below(clear), below(empty))
+    }),
 ];
 
 const CORNERS: Sampling = Sampling::Pattern(raywright::core::scene::SamplePattern::Corners);
@@ -327,6 +411,8 @@ pub struct Case<'a> {
     choice: &'a Choice,
     scene: Scene,
     settings: Settings,
+    /// The render by one thread, and its picture before denoising.
+    output: RenderOutput,
     whole: Picture,
     one: &'a ThreadPool,
     seven: &'a ThreadPool,
@@ -336,20 +422,40 @@ impl<'a> Case<'a> {
     /// Loads and renders a scene.
     pub fn new(choice: &'a Choice, [one, seven]: [&'a ThreadPool; 2]) -> Result<Self, String> {
         let (scene, settings) = sketch(choice).finish()?;
-        let whole = one.install(|| Self::render(&scene, &settings));
+        let output = one.install(|| Self::render(&scene, &settings));
         Ok(Self {
             choice,
             scene,
             settings,
-            whole,
+            whole: output.picture.clone(),
+            output,
             one,
             seven,
         })
     }
 
-    fn render(scene: &Scene, settings: &Settings) -> Picture {
+    fn render(scene: &Scene, settings: &Settings) -> RenderOutput {
         let ready = prepare(scene, settings, &()).unwrap_or_else(|e| panic!("{e}"));
-        ready.render(&()).picture
+        ready.render(&())
+    }
+
+    /// A number below `count` that depends on the row alone: which of the values of a check that
+    /// renders for each value is tried.
+    fn turn(&self, count: usize) -> usize {
+        let sum: usize = self
+            .choice
+            .iter()
+            .zip(1..)
+            .map(|(value, k)| value * k)
+            .sum();
+        sum % count
+    }
+
+    /// The row with another value of an axis.
+    fn with(&self, axis: &str, value: &str) -> Choice {
+        let mut choice = self.choice.clone();
+        choice[axis_index(axis)] = value_index(axis, value);
+        choice
     }
 
     fn sketch(&self) -> Sketch {
@@ -366,15 +472,41 @@ impl<'a> Case<'a> {
         self.one.install(|| self.ready_for(&settings))
     }
 
-    /// The picture with other settings.
-    fn picture(&self, change: impl FnOnce(&mut Settings)) -> Picture {
+    /// The render with other settings.
+    fn output(&self, change: impl FnOnce(&mut Settings)) -> RenderOutput {
         let mut settings = self.settings.clone();
         change(&mut settings);
         self.one.install(|| Self::render(&self.scene, &settings))
     }
 
+    /// The picture with other settings.
+    fn picture(&self, change: impl FnOnce(&mut Settings)) -> Picture {
+        self.output(change).picture
+    }
+
     fn differs(&self, change: impl FnOnce(&mut Settings)) -> Finding {
-        difference(&self.whole, &self.picture(change))
+        self.differs_from(&self.output(change))
+    }
+
+    /// Difference from another render in a bit, before denoising or after.
+    fn differs_from(&self, other: &RenderOutput) -> Finding {
+        difference(&self.whole, &other.picture)
+            .or_else(|| difference(self.output.final_picture(), other.final_picture()))
+    }
+
+    fn differs_from_film(&self, film: &Film) -> Finding {
+        self.differs_from(&RenderOutput::from_film(film, &()))
+    }
+
+    /// Difference of the pictures of two scenes, up to rounding.
+    fn sketches_differ(&self, a: Sketch, b: Sketch) -> Finding {
+        let [a, b] = [a, b].map(|sketch| self.picture_of(sketch));
+        apart(&a, &b, 0.1)
+    }
+
+    fn picture_of(&self, sketch: Sketch) -> Picture {
+        let (scene, settings) = sketch.finish().unwrap_or_else(|e| panic!("{e}"));
+        self.one.install(|| Self::render(&scene, &settings)).picture
     }
 
     fn is_adaptive(&self) -> bool {
@@ -443,16 +575,31 @@ impl<'a> Case<'a> {
             camera: scene.cameras.first().cloned(),
             ..self.settings.clone()
         };
-        self.one.install(|| Self::render(&scene, &settings))
+        self.one.install(|| Self::render(&scene, &settings)).picture
     }
 
     /// The picture with another form of the body's colour.
     fn with_colouring(&self, colouring: Colouring) -> Picture {
         let mut sketch = self.sketch();
         sketch.colouring = colouring;
-        let (scene, settings) = sketch.finish().unwrap_or_else(|e| panic!("{e}"));
-        self.one.install(|| Self::render(&scene, &settings))
+        self.picture_of(sketch)
     }
+}
+
+/// Index of an axis by its name.
+fn axis_index(name: &str) -> usize {
+    AXES.iter()
+        .position(|axis| axis.0 == name)
+        .expect("an axis")
+}
+
+/// Index of a value of an axis.
+fn value_index(axis: &str, value: &str) -> usize {
+    let values = AXES[axis_index(axis)].1;
+    values
+        .iter()
+        .position(|own| own.0 == value)
+        .expect("a value")
 }
 
 /// The sketch of a choice.

@@ -42,7 +42,8 @@ pub struct Sketch {
     pub copies: Vec<[f64; 3]>,
     /// Rule that places the copies instead.
     pub generator: Option<Value>,
-    steps: Vec<Value>,
+    /// Steps of the body's transform.
+    pub steps: Vec<Value>,
     /// Further steps of the body's transform at the end of its motion; empty: it stands still.
     pub end: Vec<Value>,
     /// Options of the loader.
