@@ -9,7 +9,7 @@ use raywright_core::scene::{Image, MaterialFields, MaterialModel};
 
 use crate::Limits;
 use crate::image_file::{DecodedImage, decode};
-use crate::import::{ImportResult, catch_invalid_input};
+use crate::import::{FaultPlace, ImportResult, catch_invalid_input};
 use crate::warning::WarningCode;
 
 /// Messages about decoded images, in the order in which the images were added. Each message states
@@ -58,7 +58,7 @@ impl<'a> ImageDecodeQueue<'a> {
         };
         let mut report = ImageDecodeReport::default();
         for (image, place, data) in decoded {
-            match catch_invalid_input(data.map_err(|fault| fault.with_place(&place)))? {
+            match catch_invalid_input(data.with_place(&place))? {
                 Err(reason) => report.errors.push(reason),
                 Ok(data) => {
                     let code = WarningCode::from_repaired_texels(data.repaired_count);

@@ -151,12 +151,10 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
         ImageKind::Hdr => radiance::decode(bytes, limits),
         ImageKind::Exr => open_exr::decode(bytes, limits),
         ImageKind::Ktx2 => ktx2::decode(bytes, limits).map(DecodedImage::from),
-        ImageKind::Foreign(name) => Err(Fault::invalid_input(format!(
+        ImageKind::Foreign(name) => Err(fault!(
             "is a {name} picture, but only {FORMATS} are supported"
-        ))),
-        ImageKind::Unknown => Err(Fault::invalid_input(format!(
-            "is not a picture in a supported format ({FORMATS})"
-        ))),
+        )),
+        ImageKind::Unknown => Err(fault!("is not a picture in a supported format ({FORMATS})")),
     }
 }
 
@@ -205,7 +203,7 @@ fn decoder_fault(error: image::ImageError) -> Fault {
         image::ImageError::Limits(e) => Fault::over_limit(format!(
             "is a picture that needs more memory than the limit allows ({e})"
         )),
-        e => Fault::invalid_input(format!("is a broken picture ({e})")),
+        e => fault!("is a broken picture ({e})"),
     }
 }
 
@@ -235,9 +233,9 @@ fn open_decoder<'b>(
     if format == ImageFormat::Png
         && let Some(length) = invalid_palette_length(bytes)
     {
-        return Err(Fault::invalid_input(format!(
+        return Err(fault!(
             "is a broken picture (its palette has {length} bytes instead of three for each of up to 256 colours)"
-        )));
+        ));
     }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     // `max_alloc` bounds the decoder's own allocations; the pixel count is checked below.

@@ -12,6 +12,20 @@ use crate::folder::ReadError;
 use crate::warning::WarningCode;
 use crate::{Error, Limits, Warning, format_bytes};
 
+/// Creates a [`Fault`] for wrong content, from a format string.
+macro_rules! fault {
+    ($($message:tt)*) => {
+        $crate::import::Fault::invalid_input(format!($($message)*))
+    };
+}
+
+/// Adds a warning with a code to a list of [`Warnings`], from a format string.
+macro_rules! warn {
+    ($warnings:expr, $code:ident, $($message:tt)*) => {
+        $warnings.add($crate::warning::WarningCode::$code, format!($($message)*))
+    };
+}
+
 /// File name extensions of model files, for messages.
 pub(crate) const MODELS: &str = ".stl, .ply, .obj, .gltf and .glb";
 
@@ -87,6 +101,18 @@ impl Fault {
     }
 }
 
+/// Adds a position in the file to the fault of a result.
+pub(crate) trait FaultPlace {
+    /// Prefixes the message of a fault with its position in the file.
+    fn with_place(self, place: impl fmt::Display) -> Self;
+}
+
+impl<T> FaultPlace for ImportResult<T> {
+    fn with_place(self, place: impl fmt::Display) -> Self {
+        self.map_err(|fault| fault.with_place(place))
+    }
+}
+
 impl From<ReadError> for Fault {
     fn from(error: ReadError) -> Self {
         match error {
@@ -123,10 +149,11 @@ pub(crate) fn catch_invalid_input<T>(outcome: ImportResult<T>) -> ImportResult<R
 pub(crate) fn validate_scene(scene: Scene) -> ImportResult<Scene> {
     match validate(&scene).first() {
         None => Ok(scene),
-        Some(problem) => Err(Fault::invalid_input(format!(
+        Some(problem) => Err(fault!(
             "{} of the imported scene: {}",
-            problem.path, problem.message
-        ))),
+            problem.path,
+            problem.message
+        )),
     }
 }
 

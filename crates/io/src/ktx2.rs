@@ -116,7 +116,7 @@ fn transcode_basis(bytes: &[u8]) -> ImportResult<Vec<[u8; 4]>> {
 }
 
 fn ktx2_fault(reason: &str) -> Fault {
-    Fault::invalid_input(format!("is a broken KTX2 picture ({reason})"))
+    fault!("is a broken KTX2 picture ({reason})")
 }
 
 /// Reads width and height of a file's largest mip level from its header.
@@ -144,13 +144,13 @@ impl<'b> Ktx2Container<'b> {
         ];
         check_size(u64::from(width), u64::from(height), limits)?;
         if (depth, layers.max(1), faces) != (0, 1, 1) || levels > MOST_LEVELS {
-            return Err(Fault::invalid_input(
-                "is a KTX2 file with several layers, faces or depths; only flat pictures with one layer are supported",
+            return Err(fault!(
+                "is a KTX2 file with several layers, faces or depths; only flat pictures with one layer are supported"
             ));
         }
         let coding = PixelCoding::from_vk_format(format).ok_or_else(|| {
             let read = "ETC1S, UASTC (KHR_texture_basisu) and eight bits in three or four channels are supported";
-            Fault::invalid_input(format!("is a KTX2 picture of VkFormat {format}; {read}"))
+            fault!("is a KTX2 picture of VkFormat {format}; {read}")
         })?;
         for (start, length) in [
             (word(48)?.into(), word(52)?.into()),
@@ -245,15 +245,15 @@ impl<'b> Ktx2Container<'b> {
 fn check_coding(bytes: &[u8], coding: PixelCoding, scheme: u32) -> ImportResult<bool> {
     let model = colour_model(bytes).ok_or_else(truncated_header_fault)?;
     if coding == PixelCoding::Basis && ![ETC1S, UASTC].contains(&model) {
-        return Err(Fault::invalid_input(format!(
+        return Err(fault!(
             "is a KTX2 picture of colour model {model}; ETC1S and UASTC are supported"
-        )));
+        ));
     }
     let is_etc1s = coding == PixelCoding::Basis && model == ETC1S;
     if is_etc1s != (scheme == BASIS_LZ) || scheme > ZSTANDARD {
-        return Err(Fault::invalid_input(format!(
+        return Err(fault!(
             "is a KTX2 picture whose pixel format is not supported with supercompression {scheme}"
-        )));
+        ));
     }
     Ok(is_etc1s)
 }
@@ -280,17 +280,14 @@ fn byte_range(bytes: &[u8], start: u64, length: u64) -> ImportResult<&[u8]> {
         .zip(end)
         .and_then(|(start, end)| bytes.get(start..end))
         .ok_or_else(|| {
-            Fault::invalid_input(format!(
-                "is a truncated KTX2 picture: {length} bytes from byte {start} are missing"
-            ))
+            fault!("is a truncated KTX2 picture: {length} bytes from byte {start} are missing")
         })
 }
 
 /// Checks that the parts of BasisLZ's global data lie inside the range of that data (KTX 2.0,
 /// section 3.12.2).
 fn check_codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> ImportResult<()> {
-    let broken =
-        || Fault::invalid_input("is a broken KTX2 picture (its codebooks reach beyond their data)");
+    let broken = || fault!("is a broken KTX2 picture (its codebooks reach beyond their data)");
     let word = |index: u64| read_u32(bytes, index).map(u64::from).ok_or_else(broken);
     let whole = 20
         + 20 * u64::from(images)
@@ -305,7 +302,7 @@ fn check_codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Import
 }
 
 fn truncated_header_fault() -> Fault {
-    Fault::invalid_input("is a KTX2 picture that ends inside its header")
+    fault!("is a KTX2 picture that ends inside its header")
 }
 
 /// Reads a 32-bit number of the header at a byte position.

@@ -38,6 +38,9 @@
 //! and lines (a warning).
 #![forbid(unsafe_code)]
 
+#[macro_use]
+mod import;
+
 mod clay;
 mod colour;
 mod diagnostic;
@@ -49,7 +52,6 @@ mod gltf;
 mod hash;
 mod image_decode_queue;
 mod image_file;
-mod import;
 mod import_progress;
 mod inputs;
 mod ktx2;

@@ -7,7 +7,6 @@ use raywright_core::scene::{MeshData, TransferCurve, TransformStep};
 use raywright_core::validate::{MAX_COORDINATE, MIN_LENGTH};
 
 use crate::import::Warnings;
-use crate::warning::WarningCode;
 
 /// Whether a transform is invertible. Rays can be traced in a mesh's own space only under an
 /// invertible transform.
@@ -127,11 +126,10 @@ pub(crate) fn vertex_colour_scale(
         1.0
     };
     if largest > whole {
-        warnings.add(
-            WarningCode::Range,
-            format!(
-                "colours of vertices or faces reach {largest}; channels above {whole} are clamped"
-            ),
+        warn!(
+            warnings,
+            Range,
+            "colours of vertices or faces reach {largest}; channels above {whole} are clamped"
         );
     }
     1.0 / whole

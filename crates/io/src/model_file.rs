@@ -23,14 +23,16 @@ pub(crate) fn load(
     choice: &ModelChoice<'_>,
     observer: &dyn Observer,
 ) -> Result<ImportedModel, Error> {
-    let (scene, warnings) = match format {
-        SceneFormat::Obj => obj::load(file, bytes, folder, limits)?,
-        SceneFormat::Stl => stl::load(file, bytes, folder, limits)?,
-        SceneFormat::Ply => ply::load(file, bytes, folder, limits)?,
+    let import = match format {
+        SceneFormat::Obj => obj::import,
+        SceneFormat::Stl => stl::import,
+        SceneFormat::Ply => ply::import,
         SceneFormat::Gltf | SceneFormat::Glb | SceneFormat::Native(_) => {
             return gltf::load(file, bytes, folder, limits, choice, observer);
         }
     };
+    let (scene, warnings) =
+        import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))?;
     Ok(ImportedModel {
         scene,
         warnings,

@@ -11,14 +11,14 @@ pub(crate) fn refuse_non_text(bytes: &[u8]) -> ImportResult<()> {
     let paired =
         |odd: usize| head.len() > 3 && head.iter().skip(odd).step_by(2).all(|&byte| byte == 0);
     if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") || paired(0) || paired(1) {
-        return Err(Fault::invalid_input(
-            "is UTF-16 text; models are read as ASCII or UTF-8, so convert the file (iconv -f UTF-16 -t UTF-8)",
+        return Err(fault!(
+            "is UTF-16 text; models are read as ASCII or UTF-8, so convert the file (iconv -f UTF-16 -t UTF-8)"
         ));
     }
     if head.contains(&0) {
-        return Err(Fault::invalid_input(format!(
+        return Err(fault!(
             "is a binary file, not OBJ text; models are read from {MODELS} files"
-        )));
+        ));
     }
     Ok(())
 }
@@ -90,10 +90,7 @@ pub(crate) fn not_a_number_fault(keyword: &str, word: &str) -> Fault {
     } else {
         ""
     };
-    Fault::invalid_input(format!(
-        "{keyword}: `{}` is no number{remedy}",
-        sanitise_text(word)
-    ))
+    fault!("{keyword}: `{}` is no number{remedy}", sanitise_text(word))
 }
 
 #[cfg(test)]

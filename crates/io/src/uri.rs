@@ -45,10 +45,10 @@ pub(crate) fn read_reference(folder: &Folder, uri: &str) -> ImportResult<Vec<u8>
         return decode_data_uri(uri.get(5..).unwrap_or_default());
     }
     let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| {
-        Fault::invalid_input(format!(
+        fault!(
             "`{}` has a percent escape that is not UTF-8",
             sanitise_text(uri)
-        ))
+        )
     })?;
     // Some programs do not escape names, so that a file may be called `50%25.png`; other programs
     // separate folders by backslashes, as Windows does.
@@ -71,7 +71,7 @@ pub(crate) fn read_reference(folder: &Folder, uri: &str) -> ImportResult<Vec<u8>
 fn decode_data_uri(text: &str) -> ImportResult<Vec<u8>> {
     let (head, body) = text
         .split_once(',')
-        .ok_or_else(|| Fault::invalid_input("a data: URI has no comma"))?;
+        .ok_or_else(|| fault!("a data: URI has no comma"))?;
     let bytes: Cow<[u8]> = percent_decode_str(body).into();
     if !head
         .split(';')
@@ -91,7 +91,7 @@ fn decode_data_uri(text: &str) -> ImportResult<Vec<u8>> {
     };
     BASE64
         .decode(base64)
-        .map_err(|e| Fault::invalid_input(format!("a data: URI has invalid base64 ({e})")))
+        .map_err(|e| fault!("a data: URI has invalid base64 ({e})"))
 }
 
 #[cfg(test)]

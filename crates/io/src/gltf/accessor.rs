@@ -6,10 +6,10 @@
 
 use std::cell::Cell;
 
-use super::buffers::{Buffers, missing_index_fault};
+use super::buffers::{Buffers, find_entry};
 use super::document::Document;
 use super::entries::SparseEntry;
-use crate::import::{Fault, ImportResult, sanitise_text};
+use crate::import::{Fault, FaultPlace, ImportResult, sanitise_text};
 
 /// Type of an accessor's components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,9 +36,7 @@ impl ComponentType {
             5125 => Self::U32,
             5126 => Self::F32,
             _ => {
-                return Err(Fault::invalid_input(format!(
-                    "has the unknown componentType {code}"
-                )));
+                return Err(fault!("has the unknown componentType {code}"));
             }
         })
     }
@@ -71,15 +69,12 @@ pub(super) fn element_arity(kind: &str) -> ImportResult<usize> {
         "VEC4" => 4,
         "MAT4" => 16,
         "MAT2" | "MAT3" => {
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "has the matrix type {kind}; of the matrix types, only MAT4 is supported"
-            )));
+            ));
         }
         _ => {
-            return Err(Fault::invalid_input(format!(
-                "has the unknown type {}",
-                sanitise_text(kind)
-            )));
+            return Err(fault!("has the unknown type {}", sanitise_text(kind)));
         }
     })
 }
@@ -119,14 +114,11 @@ impl<'a> AccessorReader<'a> {
     /// A fault of kind input that names the accessor; of kind limit beyond the memory limit.
     pub fn open(&self, index: usize) -> ImportResult<Accessor<'a>> {
         self.open_accessor(index)
-            .map_err(|fault| fault.with_place(format_args!("accessors[{index}]")))
+            .with_place(format_args!("accessors[{index}]"))
     }
 
     fn open_accessor(&self, index: usize) -> ImportResult<Accessor<'a>> {
-        let list = &self.document.accessors;
-        let accessor = list
-            .get(index)
-            .ok_or_else(|| missing_index_fault("accessors", index, list.len()))?;
+        let accessor = find_entry(&self.document.accessors, "accessors", index)?;
         let component = ComponentType::from_code(accessor.component_type)?;
         let arity = element_arity(&accessor.kind)?;
         let size = component.size() * arity;
@@ -143,9 +135,7 @@ impl<'a> AccessorReader<'a> {
             None => (self.reserve_zeros(count, size)?, size),
         };
         let patches = match &accessor.sparse {
-            Some(sparse) => self
-                .read_sparse(sparse, count, size)
-                .map_err(|fault| fault.with_place("sparse"))?,
+            Some(sparse) => self.read_sparse(sparse, count, size).with_place("sparse")?,
             None => Vec::new(),
         };
         Ok(Accessor {
@@ -186,15 +176,15 @@ impl<'a> AccessorReader<'a> {
         let (bytes, stride) = self.buffers.view_bytes(self.document, view as usize)?;
         let stride = stride.unwrap_or(size);
         if stride < size {
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "has a stride of {stride} bytes, less than its elements of {size} bytes"
-            )));
+            ));
         }
         let beyond = || {
-            Fault::invalid_input(format!(
+            fault!(
                 "{count} elements reach beyond bufferViews[{view}], which has {} bytes",
                 bytes.len()
-            ))
+            )
         };
         let start = usize::try_from(offset).map_err(|_| beyond())?;
         let length = match count {
@@ -217,15 +207,15 @@ impl<'a> AccessorReader<'a> {
     ) -> ImportResult<Vec<(u32, &'a [u8])>> {
         let replaced = usize::try_from(sparse.count).unwrap_or(usize::MAX);
         if replaced > count {
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "replaces {replaced} elements, but the accessor has only {count}"
-            )));
+            ));
         }
-        let component = ComponentType::from_code(sparse.indices.component_type)
-            .map_err(|fault| fault.with_place("indices"))?;
+        let component =
+            ComponentType::from_code(sparse.indices.component_type).with_place("indices")?;
         if !component.is_unsigned() {
-            return Err(Fault::invalid_input(
-                "indices: the component type is not an unsigned integer",
+            return Err(fault!(
+                "indices: the component type is not an unsigned integer"
             ));
         }
         let (indices, index_stride) = self.slice_view(
@@ -247,9 +237,9 @@ impl<'a> AccessorReader<'a> {
         {
             let index = read_unsigned(component, index);
             if index as usize >= count {
-                return Err(Fault::invalid_input(format!(
+                return Err(fault!(
                     "replaces element {index}, but the accessor has only {count} elements"
-                )));
+                ));
             }
             patches.push((index, value));
         }

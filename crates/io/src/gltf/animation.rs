@@ -9,12 +9,11 @@ use std::collections::HashMap;
 
 use super::accessor::AccessorReader;
 use super::animation_pointer;
-use super::buffers::missing_index_fault;
+use super::buffers::find_entry;
 use super::document::Document;
 use super::entries::{AnimationChannel, AnimationEntry};
-use super::keyframes::{KeyframeReader, find_sampler};
-use crate::import::{ImportResult, Warnings, sanitise_text};
-use crate::warning::WarningCode;
+use super::keyframes::KeyframeReader;
+use crate::import::{FaultPlace, ImportResult, Warnings, sanitise_text};
 
 /// Animated transform and morph weights of a node; `None` for a property that is not animated.
 #[derive(Clone, Debug, Default)]
@@ -39,9 +38,9 @@ pub(super) fn evaluate_animations(
     warnings: &mut Warnings,
 ) -> ImportResult<HashMap<usize, AnimatedTransform>> {
     if document.animations.is_empty() {
-        warnings.add(
-            WarningCode::Choice,
-            "the file has no animation, so that the time (--at) has no effect",
+        warn!(
+            warnings,
+            Choice, "the file has no animation, so that the time (--at) has no effect"
         );
     }
     let mut animator = NodeAnimator {
@@ -55,7 +54,7 @@ pub(super) fn evaluate_animations(
         for (j, channel) in animation.channels.iter().enumerate() {
             animator
                 .apply_channel(animation, channel)
-                .map_err(|fault| fault.with_place(format_args!("animations[{i}].channels[{j}]")))?;
+                .with_place(format_args!("animations[{i}].channels[{j}]"))?;
         }
     }
     Ok(animator.animated_nodes)
@@ -93,47 +92,43 @@ impl NodeAnimator<'_, '_> {
         let Some((index, path)) = animated_node_property(channel) else {
             return Ok(());
         };
-        let list = &self.document.nodes;
-        let node = list
-            .get(index)
-            .ok_or_else(|| missing_index_fault("nodes", index, list.len()))?;
+        let node = find_entry(&self.document.nodes, "nodes", index)?;
         if node.matrix.is_some() && path != "weights" {
-            self.warnings.add(
-                WarningCode::Animation,
-                format!(
-                    "nodes[{index}]: its animations are ignored, because it has a matrix in place of translation, rotation and scale"
-                ),
+            warn!(
+                self.warnings,
+                Animation,
+                "nodes[{index}]: its animations are ignored, because it has a matrix in place of translation, rotation and scale"
             );
             return Ok(());
         }
-        let sampler = find_sampler(animation, channel.sampler)?;
+        let sampler = find_entry(&animation.samplers, "samplers", channel.sampler as usize)?;
         let (keys, time) = (&mut self.keys, self.time);
         let node = self.animated_nodes.entry(index).or_default();
         match path {
             "translation" if node.translation.is_none() => {
-                node.translation = Some(keys.interpolate_vector(sampler, time)?);
+                node.translation = Some(keys.interpolate_vector(sampler, time, 3)?);
             }
             "rotation" if node.rotation.is_none() => {
                 node.rotation = Some(keys.interpolate_rotation(sampler, time)?);
             }
             "scale" if node.scale.is_none() => {
-                node.scale = Some(keys.interpolate_vector(sampler, time)?);
+                node.scale = Some(keys.interpolate_vector(sampler, time, 3)?);
             }
             "weights" if node.weights.is_none() => {
                 node.weights = Some(keys.interpolate_weights(sampler, time)?);
             }
             "translation" | "rotation" | "scale" | "weights" => {
-                self.warnings.add(
-                    WarningCode::Choice,
-                    "several animations move the same node: the first animation in the file is used",
+                warn!(
+                    self.warnings,
+                    Choice,
+                    "several animations move the same node: the first animation in the file is used"
                 );
             }
-            other => self.warnings.add(
-                WarningCode::Animation,
-                format!(
-                    "animations of `{}` are not supported and are ignored",
-                    sanitise_text(other)
-                ),
+            other => warn!(
+                self.warnings,
+                Animation,
+                "animations of `{}` are not supported and are ignored",
+                sanitise_text(other)
             ),
         }
         Ok(())

@@ -11,103 +11,86 @@ use std::collections::HashSet;
 use serde_json::{Map, Number, Value};
 
 use super::accessor::AccessorReader;
+use super::buffers::find_entry;
 use super::document::{self, Document};
 use super::entries::AnimationChannel;
 use super::json;
-use super::keyframes::{KeyframeReader, find_sampler};
+use super::keyframes::KeyframeReader;
+use super::material_table::{CORE, MaterialProperty, find_property};
 use crate::Limits;
 use crate::import::{DecodeBudget, Fault, ImportResult, Warnings, sanitise_text};
 use crate::text::strip_byte_order_mark;
-use crate::warning::WarningCode;
 
 /// Type of an animated property.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum PropertyType {
+pub(super) enum PropertyType {
     /// A boolean.
     Switch,
-    Number,
-    /// A vector with this number of components.
-    Vector(usize),
+    /// A number, or a list of this number of numbers.
+    Numbers(usize),
     /// A list of numbers of any length.
     List,
 }
 
-/// JSON pointers of the supported properties, with `*` in place of an index.
-const PROPERTIES: [&str; 17] = [
-    "nodes/*/extensions/KHR_node_visibility/visible",
-    "meshes/*/weights",
-    "cameras/*/perspective/yfov",
-    "cameras/*/perspective/aspectRatio",
-    "cameras/*/orthographic/xmag",
-    "cameras/*/orthographic/ymag",
-    "extensions/KHR_lights_punctual/lights/*/color",
-    "extensions/KHR_lights_punctual/lights/*/intensity",
-    "extensions/KHR_lights_punctual/lights/*/range",
-    "extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle",
-    "extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle",
-    "materials/*/alphaCutoff",
-    "materials/*/emissiveFactor",
-    "materials/*/normalTexture/scale",
-    "materials/*/pbrMetallicRoughness/baseColorFactor",
-    "materials/*/pbrMetallicRoughness/metallicFactor",
-    "materials/*/pbrMetallicRoughness/roughnessFactor",
-];
-
-/// Supported properties of material extensions; each pointer starts with
-/// `materials/*/extensions/KHR_materials_`.
-const LAYER_PROPERTIES: [&str; 22] = [
-    "anisotropy/anisotropyStrength",
-    "anisotropy/anisotropyRotation",
-    "clearcoat/clearcoatFactor",
-    "clearcoat/clearcoatRoughnessFactor",
-    "clearcoat/clearcoatNormalTexture/scale",
-    "diffuse_transmission/diffuseTransmissionFactor",
-    "diffuse_transmission/diffuseTransmissionColorFactor",
-    "dispersion/dispersion",
-    "emissive_strength/emissiveStrength",
-    "ior/ior",
-    "iridescence/iridescenceFactor",
-    "iridescence/iridescenceIor",
-    "iridescence/iridescenceThicknessMinimum",
-    "iridescence/iridescenceThicknessMaximum",
-    "sheen/sheenColorFactor",
-    "sheen/sheenRoughnessFactor",
-    "specular/specularFactor",
-    "specular/specularColorFactor",
-    "transmission/transmissionFactor",
-    "volume/thicknessFactor",
-    "volume/attenuationDistance",
-    "volume/attenuationColor",
-];
-
 /// Returns the type of the property that a JSON pointer refers to; `None` for an unsupported
 /// property. The pointer is given without its first slash.
-fn property_type(pointer: &str) -> Option<PropertyType> {
-    let part = |part: &str| {
-        if part.bytes().all(|byte| byte.is_ascii_digit()) {
-            "*".to_owned()
-        } else {
-            part.to_owned()
+pub(super) fn property_type(pointer: &str) -> Option<PropertyType> {
+    let parts: Vec<&str> = pointer.split('/').collect();
+    let length = match parts[..] {
+        ["nodes", _, "extensions", "KHR_node_visibility", "visible"] => {
+            return Some(PropertyType::Switch);
         }
+        ["meshes", _, "weights"] => return Some(PropertyType::List),
+        ["cameras", _, "perspective", "yfov" | "aspectRatio"]
+        | ["cameras", _, "orthographic", "xmag" | "ymag"] => 1,
+        [
+            "extensions",
+            "KHR_lights_punctual",
+            "lights",
+            _,
+            ref light @ ..,
+        ] => match light {
+            ["color"] => 3,
+            ["intensity" | "range"] | ["spot", "innerConeAngle" | "outerConeAngle"] => 1,
+            _ => return None,
+        },
+        ["materials", _, ref material @ ..] => material_property_length(material)?,
+        _ => return None,
     };
-    let general = pointer.split('/').map(part).collect::<Vec<_>>().join("/");
-    let is_layer = general
-        .strip_prefix("materials/*/extensions/KHR_materials_")
-        .is_some_and(|name| LAYER_PROPERTIES.contains(&name));
-    let is_transform = general
-        .rsplit_once("/extensions/KHR_texture_transform/")
-        .is_some_and(|(texture, name)| {
-            ["offset", "rotation", "scale"].contains(&name)
-                && texture.starts_with("materials/*/")
-                && texture.ends_with("Texture")
-        });
-    let mut keys = general.rsplit('/');
-    let (key, object) = (keys.next()?, keys.next());
-    (PROPERTIES.contains(&general.as_str()) || is_layer || is_transform).then(|| match key {
-        "visible" => PropertyType::Switch,
-        "weights" => PropertyType::List,
-        _ => json::list_length(key, object).map_or(PropertyType::Number, PropertyType::Vector),
-    })
+    Some(PropertyType::Numbers(length))
+}
+
+/// Returns the number of numbers of a material's property, which is given by its path.
+fn material_property_length(path: &[&str]) -> Option<usize> {
+    match *path {
+        [.., texture, "extensions", "KHR_texture_transform", key] => {
+            let length = match key {
+                "offset" | "scale" => 2,
+                "rotation" => 1,
+                _ => return None,
+            };
+            texture.ends_with("Texture").then_some(length)
+        }
+        [ref object @ .., texture, "scale"] => {
+            let (_, property) = find_property(material_object(object)?, texture)?;
+            matches!(property, MaterialProperty::NormalMap(..)).then_some(1)
+        }
+        [ref object @ .., key] => {
+            let (_, property) = find_property(material_object(object)?, key)?;
+            Some(property.length()).filter(|length| *length > 0)
+        }
+        [] => None,
+    }
+}
+
+/// Returns the name of the object of a material at this path.
+fn material_object<'p>(path: &[&'p str]) -> Option<&'p str> {
+    match *path {
+        [] => Some(""),
+        [CORE] => Some(CORE),
+        ["extensions", name] => Some(name),
+        _ => None,
+    }
 }
 
 /// Returns the node index and the property (`translation`, `rotation`, `scale` or `weights`) that
@@ -150,17 +133,15 @@ pub(super) fn apply_animation_pointers(
         })
     };
     let file: Result<Value, _> = serde_json::from_slice(text).or_else(again);
-    let mut file =
-        file.map_err(|error| Fault::invalid_input(format!("is no valid glTF: {error}")))?;
+    let mut file = file.map_err(|error| fault!("is no valid glTF: {error}"))?;
     for (pointer, value) in values {
         match find_json_property(&mut file, &pointer) {
             Some((holder, key)) => drop(holder.insert(key.to_owned(), value)),
-            None => warnings.add(
-                WarningCode::Animation,
-                format!(
-                    "animations of `/{}` are ignored: the file has no such property",
-                    sanitise_text(&pointer)
-                ),
+            None => warn!(
+                warnings,
+                Animation,
+                "animations of `{}` are ignored: the file has no such property",
+                sanitise_text(&pointer)
             ),
         }
     }
@@ -168,7 +149,7 @@ pub(super) fn apply_animation_pointers(
 }
 
 /// Evaluates all properties that are animated by pointers at a time in seconds. Returns the pointer
-/// of each property, without its first slash, and the property's value.
+/// of each property, and the property's value.
 fn evaluate_animation_pointers(
     time: f64,
     reader: &AccessorReader<'_>,
@@ -185,45 +166,38 @@ fn evaluate_animation_pointers(
             };
             let place =
                 |fault: Fault| fault.with_place(format_args!("animations[{i}].channels[{j}]"));
-            let path = pointer.strip_prefix('/').unwrap_or(pointer);
-            let Some(kind) = property_type(path) else {
-                warnings.add(
-                    WarningCode::Animation,
-                    format!(
-                        "animations of `{}` are not supported and are ignored",
-                        sanitise_text(pointer)
-                    ),
+            let Some(kind) = pointer.strip_prefix('/').and_then(property_type) else {
+                warn!(
+                    warnings,
+                    Animation,
+                    "animations of `{}` are not supported and are ignored",
+                    sanitise_text(pointer)
                 );
                 continue;
             };
-            if !known.insert(path) {
-                warnings.add(
-                    WarningCode::Choice,
-                    format!(
-                        "several animations change `{}`: the first animation in the file is used",
-                        sanitise_text(pointer)
-                    ),
+            if !known.insert(pointer) {
+                warn!(
+                    warnings,
+                    Choice,
+                    "several animations change `{}`: the first animation in the file is used",
+                    sanitise_text(pointer)
                 );
                 continue;
             }
-            let sampler = find_sampler(animation, channel.sampler).map_err(place)?;
-            let numbers = match kind {
-                PropertyType::Switch | PropertyType::Number => {
-                    keys.interpolate_vector::<1>(sampler, time).map(Vec::from)
-                }
-                PropertyType::Vector(2) => {
-                    keys.interpolate_vector::<2>(sampler, time).map(Vec::from)
-                }
-                PropertyType::Vector(3) => {
-                    keys.interpolate_vector::<3>(sampler, time).map(Vec::from)
-                }
-                PropertyType::Vector(_) => {
-                    keys.interpolate_vector::<4>(sampler, time).map(Vec::from)
-                }
-                PropertyType::List => keys.interpolate_weights(sampler, time),
+            let sampler = find_entry(&animation.samplers, "samplers", channel.sampler as usize)
+                .map_err(place)?;
+            let arity = match kind {
+                PropertyType::Numbers(length) => length,
+                PropertyType::Switch | PropertyType::List => 1,
+            };
+            let numbers = if kind == PropertyType::List {
+                keys.interpolate_weights(sampler, time)
+            } else {
+                let vector = keys.interpolate_vector::<4>(sampler, time, arity);
+                vector.map(|vector| vector[..arity].to_vec())
             };
             found.push((
-                path.to_owned(),
+                pointer.to_owned(),
                 to_json(kind, &numbers.map_err(place)?).map_err(place)?,
             ));
         }
@@ -234,14 +208,13 @@ fn evaluate_animation_pointers(
 /// Converts the interpolated numbers of a property to a JSON value of the property's type.
 fn to_json(kind: PropertyType, numbers: &[f64]) -> ImportResult<Value> {
     let number = |&number: &f64| {
-        let number = Number::from_f64(number).ok_or_else(|| {
-            Fault::invalid_input(format!("the animated value {number} is not finite"))
-        })?;
+        let number = Number::from_f64(number)
+            .ok_or_else(|| fault!("the animated value {number} is not finite"))?;
         Ok(Value::Number(number))
     };
     match (kind, numbers) {
         (PropertyType::Switch, [on]) => Ok(Value::Bool(*on != 0.0)),
-        (PropertyType::Number, [one]) => number(one),
+        (PropertyType::Numbers(1), [one]) => number(one),
         _ => numbers
             .iter()
             .map(number)
@@ -250,29 +223,18 @@ fn to_json(kind: PropertyType, numbers: &[f64]) -> ImportResult<Value> {
     }
 }
 
-/// Finds the JSON object that holds a property, and the property's key. Creates a missing
-/// `pbrMetallicRoughness` object.
+/// Finds the JSON object that holds a property, and the property's key. Creates a missing object of
+/// the metallic-roughness model, the only object with supported properties that a file may omit.
 fn find_json_property<'v, 'p>(
     file: &'v mut Value,
     pointer: &'p str,
 ) -> Option<(&'v mut Map<String, Value>, &'p str)> {
     let (path, key) = pointer.rsplit_once('/')?;
-    let mut at = file;
-    for part in path.split('/') {
-        at = match at {
-            Value::Array(list) => list.get_mut(part.parse::<usize>().ok()?)?,
-            Value::Object(map) => {
-                // This is the only object with supported properties that a file may omit as a
-                // whole.
-                if part == "pbrMetallicRoughness" && !map.contains_key(part) {
-                    map.insert(part.to_owned(), Value::Object(Map::new()));
-                }
-                map.get_mut(part)?
-            }
-            _ => return None,
-        };
+    if let Some((material, CORE)) = path.rsplit_once('/') {
+        let material = file.pointer_mut(material)?.as_object_mut()?;
+        material.entry(CORE).or_insert_with(|| Map::new().into());
     }
-    at.as_object_mut().map(|holder| (holder, key))
+    Some((file.pointer_mut(path)?.as_object_mut()?, key))
 }
 
 /// Returns the JSON pointer of an animation channel; `None` for a channel that animates a node

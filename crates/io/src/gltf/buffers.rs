@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use super::document::Document;
 use super::entries::BufferEntry;
 use crate::folder::Folder;
-use crate::import::{DecodeBudget, Fault, ImportResult};
+use crate::import::{DecodeBudget, FaultPlace, ImportResult};
 use crate::uri;
 
 /// All buffers of a file, each truncated to its length in the JSON.
@@ -35,8 +35,8 @@ impl<'a> Buffers<'a> {
     ) -> ImportResult<Self> {
         let mut data = Vec::new();
         for (i, buffer) in document.buffers.iter().enumerate() {
-            let bytes = load_buffer(buffer, i, binary, folder)
-                .map_err(|fault| fault.with_place(format_args!("buffers[{i}]")))?;
+            let bytes =
+                load_buffer(buffer, i, binary, folder).with_place(format_args!("buffers[{i}]"))?;
             if let Some(Cow::Owned(bytes)) = &bytes {
                 budget.reserve_memory(bytes.len(), 1)?;
             }
@@ -60,17 +60,14 @@ impl<'a> Buffers<'a> {
         document: &Document,
         index: usize,
     ) -> ImportResult<(&[u8], Option<usize>)> {
-        let place = |fault: Fault| fault.with_place(format_args!("bufferViews[{index}]"));
-        let view = document.buffer_views.get(index).ok_or_else(|| {
-            missing_index_fault("bufferViews", index, document.buffer_views.len())
-        })?;
+        let view = find_entry(&document.buffer_views, "bufferViews", index)?;
         let stride = view.byte_stride;
         if let Some(bytes) = self.views.get(&index) {
             return Ok((bytes, stride));
         }
         self.buffer_range(view.buffer as usize, view.byte_offset, view.byte_length)
             .map(|bytes| (bytes, stride))
-            .map_err(place)
+            .with_place(format_args!("bufferViews[{index}]"))
     }
 
     /// Returns `length` bytes of a buffer from byte `start` on.
@@ -78,14 +75,9 @@ impl<'a> Buffers<'a> {
     /// # Errors
     /// A fault of kind input for an unknown buffer, or for bytes beyond the end of the buffer.
     pub fn buffer_range(&self, buffer: usize, start: u64, length: u64) -> ImportResult<&[u8]> {
-        let data = self
-            .data
-            .get(buffer)
-            .ok_or_else(|| missing_index_fault("buffers", buffer, self.data.len()))?;
+        let data = find_entry(&self.data, "buffers", buffer)?;
         let missing = || {
-            Fault::invalid_input(format!(
-                "buffers[{buffer}] has no uri, and the file has no binary chunk for this buffer"
-            ))
+            fault!("buffers[{buffer}] has no uri, and the file has no binary chunk for this buffer")
         };
         let data = data.as_ref().ok_or_else(missing)?;
         let end = start.checked_add(length);
@@ -94,7 +86,7 @@ impl<'a> Buffers<'a> {
             .zip(end.and_then(|end| usize::try_from(end).ok()));
         range.and_then(|(start, end)| data.get(start..end)).ok_or_else(|| {
             let have = data.len();
-            Fault::invalid_input(format!("{length} bytes from byte {start} reach beyond buffers[{buffer}], which has {have} bytes"))
+            fault!("{length} bytes from byte {start} reach beyond buffers[{buffer}], which has {have} bytes")
         })
     }
 
@@ -115,11 +107,18 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// Creates the fault for an index beyond the end of a list.
-pub(super) fn missing_index_fault(list: &str, index: usize, length: usize) -> Fault {
-    Fault::invalid_input(format!(
-        "{list}[{index}] does not exist: the file has {length} {list}"
-    ))
+/// Returns the entry with this index in a list of the file, which has this name.
+///
+/// # Errors
+/// A fault of kind input for an index beyond the end of the list.
+pub(super) fn find_entry<'l, T>(list: &'l [T], name: &str, index: usize) -> ImportResult<&'l T> {
+    let missing = || {
+        fault!(
+            "{name}[{index}] does not exist: the file has {} {name}",
+            list.len()
+        )
+    };
+    list.get(index).ok_or_else(missing)
 }
 
 fn load_buffer<'a>(
@@ -130,9 +129,7 @@ fn load_buffer<'a>(
 ) -> ImportResult<Option<Cow<'a, [u8]>>> {
     let length = usize::try_from(buffer.byte_length).unwrap_or(usize::MAX);
     let short = |have: usize| {
-        Fault::invalid_input(format!(
-            "its byteLength is {length} bytes, but the data have only {have} bytes"
-        ))
+        fault!("its byteLength is {length} bytes, but the data have only {have} bytes")
     };
     match (&buffer.uri, binary) {
         (Some(uri), _) => {

@@ -13,7 +13,6 @@ use super::document::Document;
 use super::entries::{CameraEntry as Source, ProjectionEntry};
 use super::nodes::NodeInstance;
 use crate::import::{Warnings, format_count, format_number};
-use crate::warning::WarningCode;
 
 /// Converts a camera; returns `None`, and adds a warning, for invalid numbers.
 ///
@@ -27,9 +26,9 @@ pub(super) fn convert_camera(
     warnings: &mut Warnings,
 ) -> Option<Camera> {
     let mut skip = |reason: &str| {
-        warnings.add(
-            WarningCode::CameraOrLight,
-            format!("cameras[{index}]: {reason}; the camera was left out"),
+        warn!(
+            warnings,
+            CameraOrLight, "cameras[{index}]: {reason}; the camera was left out"
         );
         None
     };
@@ -137,12 +136,11 @@ pub(super) fn warn_clipped_objects(
         };
         let count = scene.objects.iter().filter(is_clipped).count();
         if count > 0 {
-            warnings.add(
-                WarningCode::CameraOrLight,
-                format!(
-                    "cameras[{source}]: its znear and zfar are ignored; {} outside them can be visible",
-                    format_count(count, "object")
-                ),
+            warn!(
+                warnings,
+                CameraOrLight,
+                "cameras[{source}]: its znear and zfar are ignored; {} outside them can be visible",
+                format_count(count, "object")
             );
         }
     }

@@ -7,10 +7,10 @@ use std::collections::HashMap;
 use draco_core::{DecodeLimits, DecoderBuffer, MeshDecoder};
 
 use super::accessor::{ComponentType, element_arity};
-use super::buffers::{Buffers, missing_index_fault};
+use super::buffers::{Buffers, find_entry};
 use super::document::Document;
 use super::entries::{DracoEntry, MeshoptEntry, PrimitiveEntry, ViewExtensions};
-use crate::import::{DecodeBudget, Fault, ImportResult, sanitise_text};
+use crate::import::{DecodeBudget, Fault, FaultPlace, ImportResult, sanitise_text};
 use crate::{Limits, meshopt};
 
 /// Decodes all compressed buffer views and primitives, and stores the decoded bytes in `buffers`.
@@ -42,10 +42,10 @@ pub(super) fn decode_compressed_data(
         let bytes = decode_meshopt_view(compressed, buffers, budget).map_err(place)?;
         if (bytes.len() as u64) < view.byte_length {
             let length = view.byte_length;
-            return Err(place(Fault::invalid_input(format!(
+            return Err(place(fault!(
                 "decodes to {} bytes, but the buffer view has {length} bytes",
                 bytes.len()
-            ))));
+            )));
         }
         buffers.set_decoded_view(i, bytes);
     }
@@ -58,12 +58,9 @@ pub(super) fn decode_compressed_data(
         let Some(compressed) = &primitive.extensions.draco else {
             continue;
         };
-        let place = |fault: Fault| {
-            fault.with_place(format_args!(
-                "meshes[{mesh}].primitives[{part}]: KHR_draco_mesh_compression"
-            ))
-        };
-        decode_draco(document, primitive, compressed, buffers, limits, budget).map_err(place)?;
+        decode_draco(document, primitive, compressed, buffers, limits, budget).with_place(
+            format_args!("meshes[{mesh}].primitives[{part}]: KHR_draco_mesh_compression"),
+        )?;
     }
     Ok(())
 }
@@ -78,17 +75,13 @@ fn decode_meshopt_view(
     let number = |x: u64| usize::try_from(x).unwrap_or(usize::MAX);
     let (count, stride) = (number(view.count), number(view.byte_stride));
     budget.reserve_memory(count, stride)?;
-    let broken =
-        |reason: meshopt::PacketFault| Fault::invalid_input(format!("is broken ({reason})"));
+    let broken = |reason: meshopt::PacketFault| fault!("is broken ({reason})");
     let decode = match view.mode.as_str() {
         "ATTRIBUTES" => meshopt::decode_vertices,
         "TRIANGLES" => meshopt::decode_triangles,
         "INDICES" => meshopt::decode_index_sequence,
         other => {
-            return Err(Fault::invalid_input(format!(
-                "has the unknown mode {}",
-                sanitise_text(other)
-            )));
+            return Err(fault!("has the unknown mode {}", sanitise_text(other)));
         }
     };
     let mut bytes = decode(count, stride, source).map_err(broken)?;
@@ -99,10 +92,7 @@ fn decode_meshopt_view(
         "EXPONENTIAL" => meshopt::decode_exponential,
         "COLOR" => meshopt::decode_colours,
         other => {
-            return Err(Fault::invalid_input(format!(
-                "has the unknown filter {}",
-                sanitise_text(other)
-            )));
+            return Err(fault!("has the unknown filter {}", sanitise_text(other)));
         }
     };
     filter(stride, &mut bytes).map_err(broken)?;
@@ -126,7 +116,7 @@ fn decode_draco(
     let mut input = DecoderBuffer::new(bytes).with_limits(most);
     MeshDecoder::new()
         .decode(&mut input, &mut mesh)
-        .map_err(|e| Fault::invalid_input(format!("is broken ({e})")))?;
+        .map_err(|e| fault!("is broken ({e})"))?;
     let mut accessor_bytes = HashMap::new();
     for (name, &id) in &draco.attributes {
         let Some(&accessor) = primitive.attributes.get(name) else {
@@ -134,10 +124,10 @@ fn decode_draco(
         };
         let attribute = mesh.attribute_by_unique_id(id);
         let attribute = attribute.ok_or_else(|| {
-            Fault::invalid_input(format!("the compressed data has no attribute with the identifier {id}, which the primitive uses as {}", sanitise_text(name)))
+            fault!("the compressed data has no attribute with the identifier {id}, which the primitive uses as {}", sanitise_text(name))
         })?;
         let layout = accessor_layout(document, accessor, mesh.num_points())
-            .map_err(|fault| fault.with_place(sanitise_text(name)))?;
+            .with_place(sanitise_text(name))?;
         budget.reserve_memory(
             mesh.num_points() * layout.arity,
             layout.component.size() + size_of::<f32>(),
@@ -150,8 +140,7 @@ fn decode_draco(
     }
     if let Some(accessor) = primitive.indices {
         let corners = mesh.num_faces() * 3;
-        let layout = accessor_layout(document, accessor, corners)
-            .map_err(|fault| fault.with_place("indices"))?;
+        let layout = accessor_layout(document, accessor, corners).with_place("indices")?;
         budget.reserve_memory(corners, layout.component.size())?;
         let indices = mesh.faces().iter().flatten().map(|point| point.0);
         let bytes = match layout.component.size() {
@@ -180,10 +169,7 @@ fn accessor_layout(
     index: u32,
     decoded: usize,
 ) -> ImportResult<AccessorLayout> {
-    let list = &document.accessors;
-    let accessor = list
-        .get(index as usize)
-        .ok_or_else(|| missing_index_fault("accessors", index as usize, list.len()))?;
+    let accessor = find_entry(&document.accessors, "accessors", index as usize)?;
     let place = |fault: Fault| fault.with_place(format_args!("accessors[{index}]"));
     if accessor.count != decoded as u64 {
         let message = format!(
@@ -195,8 +181,8 @@ fn accessor_layout(
     let component = ComponentType::from_code(accessor.component_type).map_err(place)?;
     match element_arity(&accessor.kind).map_err(place)? {
         arity @ 1..=4 => Ok(AccessorLayout { component, arity }),
-        _ => Err(place(Fault::invalid_input(
-            "has a matrix type, which a compressed attribute cannot have",
+        _ => Err(place(fault!(
+            "has a matrix type, which a compressed attribute cannot have"
         ))),
     }
 }

@@ -8,12 +8,11 @@ use glam::{DAffine3, DMat3, DVec3, DVec4};
 
 use super::GltfImport;
 use super::accessor::Accessor;
-use super::buffers::missing_index_fault;
-use super::document::Document;
+use super::buffers::find_entry;
 use super::entries::{NodeEntry, PrimitiveEntry};
 use super::nodes::NodeInstance;
 use super::vertices::VertexSelection;
-use crate::import::{Fault, ImportResult, format_count};
+use crate::import::{Fault, FaultPlace, ImportResult, format_count};
 
 /// Largest number of vertex displacements by morph targets and joints in a file. Without a limit, a
 /// few lines of JSON could take unbounded time.
@@ -94,9 +93,7 @@ impl GltfImport<'_> {
             .or_else(own)
             .unwrap_or_default();
         if let Some(weight) = weights.iter().find(|weight| !weight.is_finite()) {
-            return Err(Fault::invalid_input(format!(
-                "the morph target weight {weight} is not finite"
-            )));
+            return Err(fault!("the morph target weight {weight} is not finite"));
         }
         if weights.iter().all(|&weight| weight == 0.0) {
             weights.clear();
@@ -120,15 +117,12 @@ impl GltfImport<'_> {
         }
         let skin = self
             .compute_skin_transforms(index)
-            .map_err(|fault| fault.with_place(format_args!("skins[{index}]")))?;
+            .with_place(format_args!("skins[{index}]"))?;
         Ok(Rc::clone(self.skins.entry(index).or_insert(Rc::new(skin))))
     }
 
     fn compute_skin_transforms(&mut self, index: usize) -> ImportResult<SkinTransforms> {
-        let Document { skins, nodes, .. } = self.document;
-        let skin = skins
-            .get(index)
-            .ok_or_else(|| missing_index_fault("skins", index, skins.len()))?;
+        let skin = find_entry(&self.document.skins, "skins", index)?;
         let binds = skin
             .inverse_bind_matrices
             .map(|accessor| self.reader.open(accessor as usize))
@@ -137,11 +131,11 @@ impl GltfImport<'_> {
             && (binds.element_arity() != 16 || binds.count() < skin.joints.len())
         {
             let (count, joints) = (binds.count(), skin.joints.len());
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "has {}, but {count} inverseBindMatrices of {}; each joint needs one matrix of 16 numbers",
                 format_count(joints, "joint"),
                 format_count(binds.element_arity(), "number")
-            )));
+            ));
         }
         self.budget
             .reserve_memory(skin.joints.len(), size_of::<DAffine3>())?;
@@ -149,11 +143,8 @@ impl GltfImport<'_> {
         for (i, &joint) in skin.joints.iter().enumerate() {
             let node = joint as usize;
             // A joint in a cycle outside every scene has no transform; the identity is used.
-            let world = self
-                .world_transforms
-                .get(node)
-                .ok_or_else(|| missing_index_fault("nodes", node, nodes.len()))?
-                .unwrap_or(DAffine3::IDENTITY);
+            let world =
+                find_entry(&self.world_transforms, "nodes", node)?.unwrap_or(DAffine3::IDENTITY);
             let bind = binds.as_ref().map_or(DAffine3::IDENTITY, |binds| {
                 affine_from_columns(binds.read_vector(i))
             });
@@ -168,9 +159,7 @@ impl GltfImport<'_> {
         };
         let joints: Vec<DAffine3> = joints.into_iter().map(about).collect();
         match joints.iter().position(|joint| !joint.is_finite()) {
-            Some(i) => Err(Fault::invalid_input(format!(
-                "the matrix of joints[{i}] is not finite"
-            ))),
+            Some(i) => Err(fault!("the matrix of joints[{i}] is not finite")),
             None => Ok(SkinTransforms {
                 index,
                 origin,
@@ -238,9 +227,9 @@ impl GltfImport<'_> {
             if !arities.contains(&steps.element_arity()) || steps.count() != count {
                 let (n, m) = (steps.count(), steps.element_arity());
                 let arity = arities.iter().max().unwrap_or(&0);
-                return Err(place(Fault::invalid_input(format!(
+                return Err(place(fault!(
                     "has {n} elements of {m} numbers, but the mesh has {count} vertices with {arity} numbers each"
-                ))));
+                )));
             }
             if name.starts_with("COLOR_") {
                 steps.mark_as_normalised();
@@ -273,16 +262,14 @@ impl GltfImport<'_> {
             };
             if !joints.is_unsigned() || [joints.count(), weights.count()] != [count; 2] {
                 let (n, m) = (joints.count(), weights.count());
-                return Err(Fault::invalid_input(format!(
+                return Err(fault!(
                     "JOINTS_{set} has {n} elements and WEIGHTS_{set} has {m}, but the mesh has {count} vertices"
-                )));
+                ));
             }
             sets.push((joints, weights));
         }
         if sets.is_empty() {
-            return Err(Fault::invalid_input(
-                "is skinned, but has no JOINTS_0 and WEIGHTS_0",
-            ));
+            return Err(fault!("is skinned, but has no JOINTS_0 and WEIGHTS_0"));
         }
         self.count_displaced_vertices(deforming.positions.len().saturating_mul(4 * sets.len()))?;
         for (i, vertex) in vertices.iter().enumerate() {
@@ -317,10 +304,10 @@ impl SkinTransforms {
         let joint = |index: u32| {
             let list = &self.joints;
             list.get(index as usize).ok_or_else(|| {
-                Fault::invalid_input(format!(
+                fault!(
                     "JOINTS: joint {index} does not exist, the skin has {}",
                     format_count(list.len(), "joint")
-                ))
+                )
             })
         };
         for (joints, weights) in sets {

@@ -20,7 +20,6 @@ use super::json;
 use crate::Limits;
 use crate::import::{Fault, ImportResult, Warnings, check_available_memory};
 use crate::text::strip_byte_order_mark;
-use crate::warning::WarningCode;
 
 /// The supported part of a glTF file.
 #[derive(Debug, Default, Deserialize)]
@@ -57,7 +56,7 @@ impl Document {
         let of_materials = self
             .materials
             .iter()
-            .flat_map(|material| material.extensions.others.keys());
+            .flat_map(|material| material.others.keys());
         self.extensions_used
             .iter()
             .chain(self.extensions.others.keys())
@@ -143,7 +142,7 @@ pub(super) fn parse(
             };
             rewritten
                 .warnings()
-                .for_each(|warning| warnings.add(WarningCode::Format, warning));
+                .for_each(|warning| warn!(warnings, Format, "{warning}"));
             parse_typed(&rewritten.text, warnings)
         }
     }
@@ -175,13 +174,11 @@ fn parse_typed(text: &[u8], warnings: &mut Warnings) -> ImportResult<Document> {
             } else {
                 format!("{path}: ")
             };
-            return Err(Fault::invalid_input(format!(
-                "{place}is no valid glTF: {error}"
-            )));
+            return Err(fault!("{place}is no valid glTF: {error}"));
         }
     };
     json.end()
-        .map_err(|error| Fault::invalid_input(format!("is no valid glTF: {error}")))?;
+        .map_err(|error| fault!("is no valid glTF: {error}"))?;
     check_version(&document.asset, warnings)?;
     super::extensions::check_required_extensions(&document.extensions_required)?;
     Ok(document)
@@ -191,20 +188,18 @@ fn check_version(asset: &AssetVersion, warnings: &mut Warnings) -> ImportResult<
     let version = asset
         .version
         .as_deref()
-        .ok_or_else(|| Fault::invalid_input("is no glTF 2.0: asset.version is missing"))?;
+        .ok_or_else(|| fault!("is no glTF 2.0: asset.version is missing"))?;
     if version.split('.').next() != Some("2") {
-        return Err(Fault::invalid_input(format!(
-            "is glTF {version}, but only version 2 is supported"
-        )));
+        return Err(fault!("is glTF {version}, but only version 2 is supported"));
     }
     match asset.min_version.as_deref() {
-        Some(least) if least.split('.').next() != Some("2") => Err(Fault::invalid_input(format!(
+        Some(least) if least.split('.').next() != Some("2") => Err(fault!(
             "needs glTF {least}, but only version 2.0 is supported"
-        ))),
+        )),
         Some(least) if least != "2.0" => {
-            warnings.add(
-                WarningCode::Format,
-                format!("asset.minVersion is {least}; the file was read as glTF 2.0"),
+            warn!(
+                warnings,
+                Format, "asset.minVersion is {least}; the file was read as glTF 2.0"
             );
             Ok(())
         }
@@ -349,8 +344,11 @@ mod tests {
             (Some([1.0, 2.0, 3.0]), Some([0.0, 0.0, 0.0, 1.0]))
         );
         assert_eq!(node.matrix.as_ref().map(|matrix| matrix[15]), Some(16.0));
-        assert_eq!(material.emissive_factor, [0.5, 0.0, 0.0]);
-        let texture = material.emissive_texture.as_ref().expect("a texture");
+        assert_eq!(
+            material.numbers[&("", "emissiveFactor")],
+            [0.5, 0.0, 0.0, 1.0]
+        );
+        let texture = &material.textures[&("", "emissiveTexture")];
         let map = texture.extensions.transform.as_ref().expect("a transform");
         assert_eq!((map.offset, map.scale), ([1.0, 2.0], [4.0, 5.0]));
         assert_eq!(document.extensions.lights.lights[0].color, [1.0, 0.0, 0.0]);

@@ -4,31 +4,19 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use crate::import::{Fault, ImportResult, Warnings, sanitise_text};
-use crate::warning::WarningCode;
+use super::material_table::find_material_object;
+use crate::import::{ImportResult, Warnings, sanitise_text};
 
-/// Supported extensions. Extensions that cannot change a picture, such as metadata, are included.
-const SUPPORTED: [&str; 27] = [
+/// Supported extensions other than those of materials. Extensions that cannot change a picture,
+/// such as metadata, are included.
+const SUPPORTED: [&str; 14] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
-    "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",
-    "KHR_materials_diffuse_transmission",
-    "KHR_materials_dispersion",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_iridescence",
-    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
     "KHR_materials_variants",
-    "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_node_visibility",
@@ -41,7 +29,7 @@ const SUPPORTED: [&str; 27] = [
 
 /// Whether an extension is supported.
 pub(super) fn is_supported(name: &str) -> bool {
-    SUPPORTED.contains(&name)
+    SUPPORTED.contains(&name) || find_material_object(name).is_some()
 }
 
 /// Refuses a file with an unsupported required extension.
@@ -62,10 +50,10 @@ pub(super) fn check_required_extensions(required: &[String]) -> ImportResult<()>
         .take(8)
         .map(|name| format!("`{}`", sanitise_text(name)))
         .collect();
-    Err(Fault::invalid_input(format!(
+    Err(fault!(
         "requires the extension {}, which is not supported",
         list.join(", ")
-    )))
+    ))
 }
 
 /// Warns about unsupported extensions among `named`. Unsupported extensions of materials are not
@@ -76,13 +64,12 @@ pub(super) fn warn_unsupported_extensions<'a>(
 ) {
     let of_materials =
         |name: &str| name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
-    for name in named.filter(|name| !SUPPORTED.contains(&name.as_str()) && !of_materials(name)) {
-        warnings.add(
-            WarningCode::Unsupported,
-            format!(
-                "the extension {} is not supported and is ignored",
-                sanitise_text(name)
-            ),
+    for name in named.filter(|name| !is_supported(name) && !of_materials(name)) {
+        warn!(
+            warnings,
+            Unsupported,
+            "the extension {} is not supported and is ignored",
+            sanitise_text(name)
         );
     }
 }
@@ -99,7 +86,7 @@ pub(super) fn unsupported_extensions(
         let idle = DISABLED_BY_ZERO
             .iter()
             .any(|(known, key)| known == name && value[key].as_f64().unwrap_or(0.0) == 0.0);
-        !SUPPORTED.contains(&name.as_str()) && !idle
+        !is_supported(name) && !idle
     };
     extensions.iter().filter(counts).map(|(name, _)| name)
 }

@@ -3,8 +3,7 @@
 //! This parser replaces `gltf::Glb`, which has two defects: it panics for a length below 12, and it
 //! refuses unknown chunks, although the specification requires readers to skip them.
 
-use crate::import::{Fault, ImportResult, Warnings};
-use crate::warning::WarningCode;
+use crate::import::{FaultPlace, ImportResult, Warnings};
 
 /// The two chunks of a GLB file that glTF defines.
 #[derive(Debug)]
@@ -29,60 +28,53 @@ pub(super) fn parse<'a>(
     warnings: &mut Warnings,
 ) -> ImportResult<GlbContainer<'a>> {
     let (Some(version), Some(length)) = (read_u32(bytes, 4), read_u32(bytes, 8)) else {
-        return Err(Fault::invalid_input(
-            "is a GLB file that ends inside its header",
-        ));
+        return Err(fault!("is a GLB file that ends inside its header"));
     };
     if version != 2 {
-        return Err(Fault::invalid_input(format!(
+        return Err(fault!(
             "is a GLB file of version {version}, but only version 2 is supported"
-        )));
+        ));
     }
     let have = bytes.len() as u64;
     if u64::from(length) > have {
-        return Err(Fault::invalid_input(format!(
+        return Err(fault!(
             "is a truncated GLB file with {have} of {length} bytes"
-        )));
+        ));
     }
     if u64::from(length) < have {
-        warnings.add(
-            WarningCode::Format,
-            format!("the GLB header states {length} bytes, but the file has {have} bytes: the bytes after the stated length were ignored"),
+        warn!(
+            warnings,
+            Format,
+            "the GLB header states {length} bytes, but the file has {have} bytes: the bytes after the stated length were ignored"
         );
     }
     let mut rest = bytes.get(12..length as usize).ok_or_else(|| {
-        Fault::invalid_input(format!(
-            "is a GLB file whose header states {length} bytes, fewer than the header itself has"
-        ))
+        fault!("is a GLB file whose header states {length} bytes, fewer than the header itself has")
     })?;
     let (mut json, mut binary) = (None, None);
     let mut number = 0_usize;
     while !rest.is_empty() {
-        let (kind, data, after) = split_off_chunk(rest)
-            .map_err(|fault| fault.with_place(format_args!("GLB chunk {number}")))?;
+        let (kind, data, after) =
+            split_off_chunk(rest).with_place(format_args!("GLB chunk {number}"))?;
         match kind {
             b"JSON" if number == 0 => json = Some(data),
             b"JSON" => {
-                return Err(Fault::invalid_input(format!(
-                    "GLB chunk {number}: is a second JSON chunk"
-                )));
+                return Err(fault!("GLB chunk {number}: is a second JSON chunk"));
             }
             b"BIN\0" if number > 0 && binary.is_none() => binary = Some(data),
             _ if number == 0 => {
-                return Err(Fault::invalid_input(
-                    "is a GLB file whose first chunk is not its JSON",
-                ));
+                return Err(fault!("is a GLB file whose first chunk is not its JSON"));
             }
             // "Implementations MUST ignore chunks with unknown types."
-            _ => warnings.add(
-                WarningCode::Unsupported,
-                format!("GLB chunk {number}, of unknown type, was ignored"),
+            _ => warn!(
+                warnings,
+                Unsupported, "GLB chunk {number}, of unknown type, was ignored"
             ),
         }
         rest = after;
         number += 1;
     }
-    let json = json.ok_or_else(|| Fault::invalid_input("is a GLB file without chunks"))?;
+    let json = json.ok_or_else(|| fault!("is a GLB file without chunks"))?;
     Ok(GlbContainer { json, binary })
 }
 
@@ -90,17 +82,15 @@ pub(super) fn parse<'a>(
 /// chunk.
 fn split_off_chunk(bytes: &[u8]) -> ImportResult<(&[u8], &[u8], &[u8])> {
     let (Some(length), Some(kind)) = (read_u32(bytes, 0), bytes.get(4..8)) else {
-        return Err(Fault::invalid_input(
-            "the file ends inside the chunk's header",
-        ));
+        return Err(fault!("the file ends inside the chunk's header"));
     };
     let body = &bytes[8..];
     match body.split_at_checked(length as usize) {
         Some((data, after)) => Ok((kind, data, after)),
-        None => Err(Fault::invalid_input(format!(
+        None => Err(fault!(
             "its header states {length} bytes, but only {} bytes follow",
             body.len()
-        ))),
+        )),
     }
 }
 

@@ -11,6 +11,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use super::material_table::find_property;
 use crate::import::sanitise_text;
 
 /// Largest magnitude up to which f64 represents every integer: 2⁵³.
@@ -20,29 +21,17 @@ const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
 const MOST_DEPTH: usize = 128;
 
 /// Returns the length of the list of numbers that glTF and its supported extensions store under a
-/// key. `object` is the key of the object that contains the list.
+/// key. `object` is the key of the object that contains the list; elements of a list, such as nodes
+/// and materials, have no key.
 pub(super) fn list_length(key: &str, object: Option<&str>) -> Option<usize> {
     match (key, object) {
         ("offset" | "scale", Some("KHR_texture_transform")) => Some(2),
-        // Nodes are elements of a list, and have no key.
-        ("rotation" | "scale", Some(_)) | ("specularFactor", Some("KHR_materials_specular")) => {
-            None
-        }
-        (
-            "attenuationColor"
-            | "color"
-            | "diffuseTransmissionColorFactor"
-            | "emissiveFactor"
-            | "scale"
-            | "sheenColorFactor"
-            | "specularColorFactor"
-            | "specularFactor"
-            | "translation",
-            _,
-        ) => Some(3),
-        ("baseColorFactor" | "diffuseFactor" | "rotation", _) => Some(4),
-        ("matrix", _) => Some(16),
-        _ => None,
+        ("color" | "scale" | "translation", None) => Some(3),
+        ("rotation", None) => Some(4),
+        ("matrix", None) => Some(16),
+        _ => find_property(object.unwrap_or_default(), key)
+            .map(|(_, property)| property.length())
+            .filter(|length| *length > 1),
     }
 }
 

@@ -8,28 +8,14 @@ use std::rc::Rc;
 use glam::{DQuat, DVec4};
 
 use super::accessor::{Accessor, AccessorReader};
-use super::buffers::missing_index_fault;
-use super::entries::{AnimationEntry, AnimationSampler, Interpolation};
-use crate::import::{Fault, ImportResult, format_count};
+use super::entries::{AnimationSampler, Interpolation};
+use crate::import::{FaultPlace, ImportResult, format_count};
 
 /// Reads keyframes and interpolates between them. Opened accessors are kept, because opening a
 /// sparse accessor takes time and memory.
 pub(super) struct KeyframeReader<'a> {
     reader: &'a AccessorReader<'a>,
     open: HashMap<u32, Rc<Accessor<'a>>>,
-}
-
-/// Returns the sampler with this index in an animation.
-///
-/// # Errors
-/// A fault of kind input for an unknown sampler.
-pub(super) fn find_sampler(
-    animation: &AnimationEntry,
-    index: u32,
-) -> ImportResult<&AnimationSampler> {
-    let (list, index) = (&animation.samplers, index as usize);
-    list.get(index)
-        .ok_or_else(|| missing_index_fault("samplers", index, list.len()))
 }
 
 /// Whether the values of a sampler include an in-tangent and an out-tangent for each keyframe.
@@ -82,17 +68,11 @@ impl<'a> KeyframeReader<'a> {
         time: f64,
         arity: usize,
     ) -> ImportResult<(Rc<Accessor<'a>>, KeyframePosition)> {
-        let times = self
-            .open_accessor(sampler.input)
-            .map_err(|fault| fault.with_place("input"))?;
-        let values = self
-            .open_accessor(sampler.output)
-            .map_err(|fault| fault.with_place("output"))?;
+        let times = self.open_accessor(sampler.input).with_place("input")?;
+        let values = self.open_accessor(sampler.output).with_place("output")?;
         let count = times.count();
         if count == 0 {
-            return Err(Fault::invalid_input(
-                "has no keyframe times, but needs at least one",
-            ));
+            return Err(fault!("has no keyframe times, but needs at least one"));
         }
         let requested = count.saturating_mul(if is_cubic_spline(sampler) { 3 } else { 1 });
         // A keyframe has as many weights as the mesh has targets.
@@ -102,14 +82,14 @@ impl<'a> KeyframeReader<'a> {
             values.count() == requested
         };
         if times.element_arity() != 1 || values.element_arity() != arity || !fits {
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "has values that do not match its keyframe times: {} and {} of {}, in place of {} of {}",
                 format_count(count, "keyframe time"),
                 format_count(values.count(), "value"),
                 format_count(values.element_arity(), "number"),
                 format_count(requested, "value"),
                 format_count(arity, "number"),
-            )));
+            ));
         }
         let seconds = |key: usize| f64::from(times.read_vector::<1>(key)[0]);
         // The specification requires ascending times. For other times the binary search still ends,
@@ -136,13 +116,15 @@ impl<'a> KeyframeReader<'a> {
         Ok((values, between))
     }
 
-    /// Interpolates a vector at a time in seconds, component by component.
+    /// Interpolates a vector with `arity` components, at most `N`, at a time in seconds, component
+    /// by component. Further components are 0.
     pub fn interpolate_vector<const N: usize>(
         &mut self,
         sampler: &AnimationSampler,
         time: f64,
+        arity: usize,
     ) -> ImportResult<[f64; N]> {
-        let (values, between) = self.locate_time(sampler, time, N)?;
+        let (values, between) = self.locate_time(sampler, time, arity)?;
         let value = |element: usize| values.read_vector::<N>(element).map(f64::from);
         Ok(match between {
             KeyframePosition::AtKey(key) if is_cubic_spline(sampler) => value(3 * key + 1),
@@ -195,7 +177,7 @@ impl<'a> KeyframeReader<'a> {
     ) -> ImportResult<[f64; 4]> {
         if is_cubic_spline(sampler) {
             // Appendix C.5: the normalised spline of the four components.
-            let turn = DVec4::from_array(self.interpolate_vector::<4>(sampler, time)?);
+            let turn = DVec4::from_array(self.interpolate_vector::<4>(sampler, time, 4)?);
             return Ok(turn.try_normalize().unwrap_or(DVec4::W).to_array());
         }
         let (values, between) = self.locate_time(sampler, time, 4)?;

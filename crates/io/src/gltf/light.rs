@@ -6,7 +6,6 @@ use raywright_core::validate::{MAX_COORDINATE, MAX_LIGHT_INTENSITY, MAX_MAGNITUD
 use super::entries::{LightEntry as Source, SpotCone};
 use super::nodes::NodeInstance;
 use crate::import::{Warnings, format_number};
-use crate::warning::WarningCode;
 
 /// Converts a light; returns `None`, and adds a warning, for invalid numbers.
 pub(super) fn convert_light(
@@ -18,9 +17,9 @@ pub(super) fn convert_light(
 ) -> Option<Light> {
     let label = format!("KHR_lights_punctual.lights[{index}]");
     let skip = |warnings: &mut Warnings, reason: &str| {
-        warnings.add(
-            WarningCode::CameraOrLight,
-            format!("{label}: {reason}; the light was left out"),
+        warn!(
+            warnings,
+            CameraOrLight, "{label}: {reason}; the light was left out"
         );
         None
     };
@@ -85,12 +84,11 @@ fn light_range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f
         .map(f64::from)
         .filter(|range| *range <= MAX_COORDINATE)?;
     if range <= 0.0 {
-        warnings.add(
-            WarningCode::Range,
-            format!(
-                "{label}: the range {} is not above 0; the light has no range limit",
-                format_number(range)
-            ),
+        warn!(
+            warnings,
+            Range,
+            "{label}: the range {} is not above 0; the light has no range limit",
+            format_number(range)
         );
         return None;
     }

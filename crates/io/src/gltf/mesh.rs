@@ -11,9 +11,8 @@ use super::entries::PrimitiveEntry;
 use super::material::ConvertedMaterial;
 use super::texture::MOST_UV_SETS;
 use super::vertices::{VertexSelection, map_in_parallel, select_used_vertices};
-use crate::import::{Fault, ImportResult};
+use crate::import::{FaultPlace, ImportResult};
 use crate::mesh_tools;
-use crate::warning::WarningCode;
 
 impl<'a> GltfImport<'a> {
     /// Converts a primitive to a triangle mesh; `None` for a primitive without triangles.
@@ -30,9 +29,9 @@ impl<'a> GltfImport<'a> {
             return Ok(None);
         };
         let Some(positions) = self.open_attribute(primitive, "POSITION", &[3])? else {
-            self.warnings.add(
-                WarningCode::Geometry,
-                format!("{place}: was left out, because it has no POSITION attribute"),
+            warn!(
+                self.warnings,
+                Geometry, "{place}: was left out, because it has no POSITION attribute"
             );
             return Ok(None);
         };
@@ -186,15 +185,12 @@ impl<'a> GltfImport<'a> {
         let Some(&index) = primitive.attributes.get(name) else {
             return Ok(None);
         };
-        let accessor = self
-            .reader
-            .open(index as usize)
-            .map_err(|fault| fault.with_place(name))?;
+        let accessor = self.reader.open(index as usize).with_place(name)?;
         if !arities.contains(&accessor.element_arity()) {
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "{name}: has elements of {} components, which glTF does not allow for this attribute",
                 accessor.element_arity()
-            )));
+            ));
         }
         Ok(Some(accessor))
     }
@@ -208,13 +204,11 @@ impl<'a> GltfImport<'a> {
         positions: &Accessor,
     ) -> ImportResult<Option<Accessor<'a>>> {
         match self.open_attribute(primitive, name, arities)? {
-            Some(accessor) if accessor.count() != positions.count() => {
-                Err(Fault::invalid_input(format!(
-                    "{name}: has {} elements, but POSITION has {}",
-                    accessor.count(),
-                    positions.count()
-                )))
-            }
+            Some(accessor) if accessor.count() != positions.count() => Err(fault!(
+                "{name}: has {} elements, but POSITION has {}",
+                accessor.count(),
+                positions.count()
+            )),
             other => Ok(other),
         }
     }
@@ -262,11 +256,10 @@ impl<'a> GltfImport<'a> {
             .into_iter()
             .filter(|set| material.uv_sets.contains(set))
         {
-            self.warnings.add(
-                WarningCode::TextureCoordinates,
-                format!(
-                    "{place}: its material uses TEXCOORD_{set}, which the primitive lacks; (0, 0) is used"
-                ),
+            warn!(
+                self.warnings,
+                TextureCoordinates,
+                "{place}: its material uses TEXCOORD_{set}, which the primitive lacks; (0, 0) is used"
             );
         }
         Ok(sets)
@@ -280,19 +273,15 @@ impl<'a> GltfImport<'a> {
         count: usize,
     ) -> ImportResult<Vec<[u32; 3]>> {
         let accessor = match primitive.indices {
-            Some(index) => Some(
-                self.reader
-                    .open(index as usize)
-                    .map_err(|fault| fault.with_place("indices"))?,
-            ),
+            Some(index) => Some(self.reader.open(index as usize).with_place("indices")?),
             None => None,
         };
         if accessor
             .as_ref()
             .is_some_and(|a| a.element_arity() != 1 || !a.is_unsigned())
         {
-            return Err(Fault::invalid_input(
-                "indices: the accessor must have the type SCALAR and an unsigned integer component type",
+            return Err(fault!(
+                "indices: the accessor must have the type SCALAR and an unsigned integer component type"
             ));
         }
         let length = accessor.as_ref().map_or(count, Accessor::count);
@@ -318,19 +307,18 @@ impl<'a> GltfImport<'a> {
             .iter()
             .find(|&&index| index as usize >= count)
         {
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "indices: vertex {index} does not exist, the primitive has {count} vertices"
-            )));
+            ));
         }
         // Degenerate triangles, which join the parts of a strip, are dropped.
         out.retain(|[a, b, c]| a != b && b != c && c != a);
         if !matches!(mode, TriangleTopology::Strip | TriangleTopology::Fan) && length % 3 != 0 {
-            self.warnings.add(
-                WarningCode::Geometry,
-                format!(
-                    "{} indices after the last complete triangle were ignored",
-                    length % 3
-                ),
+            warn!(
+                self.warnings,
+                Geometry,
+                "{} indices after the last complete triangle were ignored",
+                length % 3
             );
         }
         Ok(out)
@@ -354,9 +342,7 @@ impl TriangleTopology {
             Some(6) => Ok(Some(Self::Fan)),
             // Points, and three kinds of lines.
             Some(0..=3) => Ok(None),
-            Some(mode) => Err(Fault::invalid_input(format!(
-                "has the unknown primitive mode {mode}"
-            ))),
+            Some(mode) => Err(fault!("has the unknown primitive mode {mode}")),
         }
     }
 }

@@ -22,9 +22,9 @@ mod extensions;
 mod glb;
 mod json;
 mod keyframes;
-mod layers;
 mod light;
 mod material;
+mod material_table;
 mod mesh;
 mod model_choice;
 mod node_contents;
@@ -49,13 +49,14 @@ use buffers::Buffers;
 use deform::{DeformationKey, SkinsByIndex};
 use document::Document;
 use material::ConvertedMaterial;
-use specular_glossiness::RoughnessBaker;
+use specular_glossiness::RoughnessTextures;
 
 use crate::folder::Folder;
 use crate::image_decode_queue::{ImageDecodeQueue, drop_missing_images};
-use crate::import::{DecodeBudget, Fault, ImportResult, UniqueNames, Warnings, validate_scene};
+use crate::import::{
+    DecodeBudget, FaultPlace, ImportResult, UniqueNames, Warnings, validate_scene,
+};
 use crate::import_progress::ImportProgress;
-use crate::warning::WarningCode;
 use crate::{Error, Limits, Warning, uri};
 
 /// An imported model file: its scene, its warnings, and the list of its scenes, variants and
@@ -106,7 +107,7 @@ impl ImportSource<'_> {
         observer: &dyn Observer,
     ) -> ImportResult<ImportedModel> {
         if self.bytes.is_empty() {
-            return Err(Fault::invalid_input("is empty"));
+            return Err(fault!("is empty"));
         }
         let mut warnings = Warnings::default();
         let mut budget = DecodeBudget::new(self.limits);
@@ -248,8 +249,7 @@ struct GltfImport<'a> {
     images: HashMap<usize, Option<String>>,
     /// Images with a valid header that are not decoded yet.
     image_queue: ImageDecodeQueue<'a>,
-    /// Roughness images to compute from decoded glossiness images.
-    roughness_baker: RoughnessBaker,
+    roughness_textures: RoughnessTextures,
     work: ImportProgress<'a>,
     /// Converted meshes, by the indices of mesh and primitive and by the deformation; `None` for a
     /// primitive without triangles.
@@ -290,7 +290,7 @@ impl<'a> GltfImport<'a> {
             textures: HashMap::new(),
             images: HashMap::new(),
             image_queue: ImageDecodeQueue::default(),
-            roughness_baker: RoughnessBaker::default(),
+            roughness_textures: RoughnessTextures::new(),
             work: ImportProgress::new(observer),
             meshes: HashMap::new(),
             animated_nodes: HashMap::new(),
@@ -319,7 +319,7 @@ impl<'a> GltfImport<'a> {
         );
         for instance in &places.instances {
             self.add_node(instance)
-                .map_err(|fault| fault.with_place(format_args!("nodes[{}]", instance.node)))?;
+                .with_place(format_args!("nodes[{}]", instance.node))?;
         }
         self.warn_points_and_lines();
         camera::warn_clipped_objects(
@@ -330,9 +330,10 @@ impl<'a> GltfImport<'a> {
         );
         self.decode_images()?;
         if self.scene.objects.is_empty() {
-            self.warnings.add(
-                WarningCode::NothingToSee,
-                "the scene has no visible triangles: the picture shows only the background",
+            warn!(
+                self.warnings,
+                NothingToSee,
+                "the scene has no visible triangles: the picture shows only the background"
             );
         }
         let contents = model_choice::list_contents(self.document, &self.reader);
@@ -358,9 +359,9 @@ impl<'a> GltfImport<'a> {
             );
         }
         if !self.document.animations.is_empty() {
-            self.warnings.add(
-                WarningCode::AtRest,
-                "has animations, but is shown at rest; --at chooses a time",
+            warn!(
+                self.warnings,
+                AtRest, "has animations, but is shown at rest; --at chooses a time"
             );
         }
         Ok(HashMap::new())
@@ -369,12 +370,11 @@ impl<'a> GltfImport<'a> {
     /// Warns about visible primitives that consist of points or lines, which are skipped.
     fn warn_points_and_lines(&mut self) {
         if self.point_and_line_count > 0 {
-            self.warnings.add(
-                WarningCode::PointsAndLines,
-                format!(
-                    "points and lines are ignored: {} of the visible primitives consist of points or lines",
-                    self.point_and_line_count
-                ),
+            warn!(
+                self.warnings,
+                PointsAndLines,
+                "points and lines are ignored: {} of the visible primitives consist of points or lines",
+                self.point_and_line_count
             );
         }
     }
@@ -387,17 +387,13 @@ impl<'a> GltfImport<'a> {
             work.report_done(ImportProgress::IMAGE_COST)
         })?;
         for reason in report.errors {
-            self.warnings.add(
-                WarningCode::Picture,
-                format!("{reason}; the texture is left out"),
-            );
+            warn!(self.warnings, Picture, "{reason}; the texture is left out");
         }
         report
             .remarks
             .into_iter()
             .for_each(|(code, remark)| self.warnings.add(code, remark));
-        core::mem::take(&mut self.roughness_baker)
-            .bake_roughness_images(&mut self.scene, &mut self.budget)?;
+        self.bake_roughness_images()?;
         drop_missing_images(&mut self.scene);
         Ok(())
     }

@@ -5,12 +5,11 @@ use std::collections::HashSet;
 use glam::DAffine3;
 use raywright_core::validate::MAX_COORDINATE;
 
-use super::buffers::missing_index_fault;
+use super::buffers::find_entry;
 use super::entries::NodeEntry;
 use super::nodes::NodeInstance;
 use super::{GltfImport, camera, light, mesh};
 use crate::import::ImportResult;
-use crate::warning::WarningCode;
 
 impl GltfImport<'_> {
     /// Total number of vertices and indices in the meshes of visible nodes, each mesh counted once.
@@ -42,12 +41,11 @@ impl GltfImport<'_> {
             .iter()
             .all(|x| x.abs() <= MAX_COORDINATE);
         if !within {
-            self.warnings.add(
-                WarningCode::Geometry,
-                format!(
-                    "{}: its transform has numbers beyond ±1e15, the largest coordinate; the contents of the node were left out",
-                    place()
-                ),
+            warn!(
+                self.warnings,
+                Geometry,
+                "{}: its transform has numbers beyond ±1e15, the largest coordinate; the contents of the node were left out",
+                place()
             );
         }
         within
@@ -84,10 +82,7 @@ impl GltfImport<'_> {
         node: &NodeEntry,
         instance: &NodeInstance,
     ) -> ImportResult<()> {
-        let list = &self.document.cameras;
-        let camera = list
-            .get(index)
-            .ok_or_else(|| missing_index_fault("cameras", index, list.len()))?;
+        let camera = find_entry(&self.document.cameras, "cameras", index)?;
         let name = own_or_node_name(camera.name.as_deref(), node);
         let camera = camera::convert_camera(camera, index, name, instance, &mut self.warnings);
         self.camera_sources
@@ -103,10 +98,11 @@ impl GltfImport<'_> {
         node: &NodeEntry,
         instance: &NodeInstance,
     ) -> ImportResult<()> {
-        let list = &self.document.extensions.lights.lights;
-        let light = list
-            .get(index)
-            .ok_or_else(|| missing_index_fault("KHR_lights_punctual.lights", index, list.len()))?;
+        let light = find_entry(
+            &self.document.extensions.lights.lights,
+            "KHR_lights_punctual.lights",
+            index,
+        )?;
         let name = own_or_node_name(light.name.as_deref(), node);
         self.scene.lights.extend(light::convert_light(
             light,

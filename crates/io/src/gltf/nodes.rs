@@ -5,11 +5,10 @@ use std::collections::{HashMap, HashSet};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::animation::AnimatedTransform;
-use super::buffers::missing_index_fault;
+use super::buffers::find_entry;
 use super::document::Document;
 use super::entries::NodeEntry;
 use crate::import::{Fault, ImportResult, Warnings};
-use crate::warning::WarningCode;
 
 /// A node of the chosen scene, with its world transform and visibility.
 #[derive(Clone, Copy, Debug)]
@@ -178,20 +177,17 @@ impl NodeWalk<'_> {
         is_parent_visible: bool,
         warnings: &mut Warnings,
     ) -> ImportResult<NodeInstance> {
-        let nodes = &self.document.nodes;
-        let node = nodes
-            .get(index)
-            .ok_or_else(|| missing_index_fault("nodes", index, nodes.len()))?;
+        let node = find_entry(&self.document.nodes, "nodes", index)?;
         let place = |fault: Fault| fault.with_place(format_args!("nodes[{index}]"));
         if core::mem::replace(&mut self.is_ancestor[index], true) {
-            return Err(place(Fault::invalid_input(
-                "is a descendant of itself: the hierarchy of nodes has a cycle",
+            return Err(place(fault!(
+                "is a descendant of itself: the hierarchy of nodes has a cycle"
             )));
         }
         let world =
             parent * local_transform(node, self.animated_nodes.get(&index), index, warnings);
         if !world.is_finite() {
-            return Err(place(Fault::invalid_input("its transform is not finite")));
+            return Err(place(fault!("its transform is not finite")));
         }
         Ok(NodeInstance {
             node: index,
@@ -216,14 +212,15 @@ impl NodeWalk<'_> {
         );
         let again = self.shared_visits[index].filter(|_| !self.visited.insert(key));
         if again.is_some() {
-            warnings.add(
-                WarningCode::Format,
-                format!("nodes[{index}]: is listed more than once with the same transform; the node is shown once"),
+            warn!(
+                warnings,
+                Format,
+                "nodes[{index}]: is listed more than once with the same transform; the node is shown once"
             );
         } else if self.world_transforms[index].is_some() {
-            warnings.add(
-                WarningCode::Format,
-                format!("nodes[{index}]: has more than one parent and is shown under each parent"),
+            warn!(
+                warnings,
+                Format, "nodes[{index}]: has more than one parent and is shown under each parent"
             );
         }
         again
@@ -271,25 +268,21 @@ fn scene_roots(
 ) -> ImportResult<Vec<usize>> {
     if document.scenes.is_empty() && document.scene.is_none() {
         if !document.nodes.is_empty() {
-            warnings.add(
-                WarningCode::Choice,
-                "the file has no scene: all nodes without a parent are shown",
+            warn!(
+                warnings,
+                Choice, "the file has no scene: all nodes without a parent are shown"
             );
         }
         return Ok(parentless_nodes(document));
     }
     let index = requested.unwrap_or(document.scene.unwrap_or(0) as usize);
-    let scene = document
-        .scenes
-        .get(index)
-        .ok_or_else(|| missing_index_fault("scenes", index, document.scenes.len()))?;
+    let scene = find_entry(&document.scenes, "scenes", index)?;
     if document.scenes.len() > 1 && requested.is_none() {
-        warnings.add(
-            WarningCode::Choice,
-            format!(
-                "of {} scenes, scenes[{index}] is shown; --scene chooses another",
-                document.scenes.len()
-            ),
+        warn!(
+            warnings,
+            Choice,
+            "of {} scenes, scenes[{index}] is shown; --scene chooses another",
+            document.scenes.len()
         );
     }
     Ok(scene.nodes.iter().map(|&node| node as usize).collect())
@@ -304,11 +297,10 @@ fn local_transform(
 ) -> DAffine3 {
     if let Some(m) = &node.matrix {
         if m[3] != 0.0 || m[7] != 0.0 || m[11] != 0.0 || m[15] != 1.0 {
-            warnings.add(
-                WarningCode::Format,
-                format!(
-                    "nodes[{index}]: the last row of its matrix is not 0 0 0 1; 0 0 0 1 is used"
-                ),
+            warn!(
+                warnings,
+                Format,
+                "nodes[{index}]: the last row of its matrix is not 0 0 0 1; 0 0 0 1 is used"
             );
         }
         let column = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
@@ -329,9 +321,10 @@ fn local_transform(
         DQuat::IDENTITY
     };
     if (length - 1.0).abs() > 1e-3 {
-        warnings.add(
-            WarningCode::Format,
-            format!("nodes[{index}]: its rotation has length {length:.3} instead of 1; the rotation was normalised"),
+        warn!(
+            warnings,
+            Format,
+            "nodes[{index}]: its rotation has length {length:.3} instead of 1; the rotation was normalised"
         );
     }
     DAffine3::from_scale_rotation_translation(

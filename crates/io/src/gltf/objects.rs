@@ -7,15 +7,14 @@ use glam::{DAffine3, DQuat, DVec3};
 use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
 
 use super::accessor::Accessor;
-use super::buffers::missing_index_fault;
+use super::buffers::find_entry;
 use super::deform::MeshDeformation;
 use super::entries::{MeshEntry, MeshInstancing, NodeEntry, PrimitiveEntry};
 use super::material::ConvertedMaterial;
 use super::nodes::NodeInstance;
 use super::{ConvertedMesh, GltfImport, mesh};
-use crate::import::{Fault, ImportResult};
+use crate::import::{Fault, FaultPlace, ImportResult};
 use crate::mesh_tools;
-use crate::warning::WarningCode;
 
 /// Opened accessors of the instance transforms of a node's mesh (EXT_mesh_gpu_instancing). The
 /// transforms are relative to the node.
@@ -51,16 +50,13 @@ impl<'a> GltfImport<'a> {
             let Some(&index) = instancing.attributes.get(name) else {
                 return Ok(None);
             };
-            let list = self
-                .reader
-                .open(index as usize)
-                .map_err(|fault| fault.with_place(name))?;
+            let list = self.reader.open(index as usize).with_place(name)?;
             match list.element_arity() == arity {
                 true => Ok(Some(list)),
-                false => Err(Fault::invalid_input(format!(
+                false => Err(fault!(
                     "{name}: has {} components, not {arity}",
                     list.element_arity()
-                ))),
+                )),
             }
         };
         let lists = [
@@ -70,9 +66,9 @@ impl<'a> GltfImport<'a> {
         ];
         let counts: Vec<usize> = lists.iter().flatten().map(Accessor::count).collect();
         if counts.iter().any(|count| Some(count) != counts.first()) {
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "has different numbers of translations, rotations and scales: {counts:?}"
-            )));
+            ));
         }
         // Without any of these attributes, the node has a single instance.
         let count = counts.first().copied().unwrap_or(1);
@@ -109,9 +105,10 @@ impl<'a> GltfImport<'a> {
         }
         if visited.len() < places.count {
             let again = places.count - visited.len();
-            self.warnings.add(
-                WarningCode::Format,
-                format!("nodes[{node}]: {again} instances repeat the transform of another instance and were left out"),
+            warn!(
+                self.warnings,
+                Format,
+                "nodes[{node}]: {again} instances repeat the transform of another instance and were left out"
             );
         }
         Ok(distinct)
@@ -135,11 +132,8 @@ impl<'a> GltfImport<'a> {
             .filter(|_| pose.skin.is_none())
             .map(|instancing| self.open_instances(instancing))
             .transpose()
-            .map_err(|fault| fault.with_place("EXT_mesh_gpu_instancing"))?;
-        let list = &self.document.meshes;
-        let shape = list
-            .get(index)
-            .ok_or_else(|| missing_index_fault("meshes", index, list.len()))?;
+            .with_place("EXT_mesh_gpu_instancing")?;
+        let shape = find_entry(&self.document.meshes, "meshes", index)?;
         let worlds = match places {
             Some(places) => self.distinct_instance_transforms(&places, &world, instance.node)?,
             None => vec![world],

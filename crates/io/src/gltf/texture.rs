@@ -4,28 +4,29 @@
 use std::borrow::Cow;
 
 use raywright_core::scene::{
-    Colour, ColourSpace, Image as SceneImage, Texture as SceneTexture, TextureFilter, TextureRef,
-    WrapMode,
+    Channel, Colour, ColourSpace, Image as SceneImage, Texture as SceneTexture, TextureFilter,
+    TextureRef, WrapMode,
 };
 use raywright_core::validate::MAX_COORDINATE;
 
 use super::GltfImport;
-use super::buffers::missing_index_fault;
+use super::buffers::find_entry;
 use super::entries::{ImageEntry, TextureEntry, TextureInfo, TextureSampler, TextureTransform};
-use crate::import::{Fault, ImportResult, catch_invalid_input};
-use crate::warning::WarningCode;
+use crate::import::{Fault, FaultPlace, ImportResult, catch_invalid_input};
 use crate::{image_file, uri};
 
 /// Largest number of texture coordinate sets; the specification requires two.
 pub(super) const MOST_UV_SETS: u32 = raywright_core::scene::MOST_UV_SETS as u32;
 
-/// Whether the values of a texture are colours or data.
+/// Use of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TextureRole {
     /// Colours, encoded in sRGB.
-    Colour,
+    ColorMap,
     /// Data that is not a colour, such as roughness or normals; stored linearly.
-    Data,
+    DataMap,
+    /// A single channel of data.
+    ChannelMap(Channel),
 }
 
 impl<'a> GltfImport<'a> {
@@ -41,10 +42,7 @@ impl<'a> GltfImport<'a> {
         let name = match catch_invalid_input(self.convert_texture(index, used_as))? {
             Ok(name) => name,
             Err(reason) => {
-                self.warnings.add(
-                    WarningCode::Picture,
-                    format!("{reason}; the texture is left out"),
-                );
+                warn!(self.warnings, Picture, "{reason}; the texture is left out");
                 None
             }
         };
@@ -54,9 +52,10 @@ impl<'a> GltfImport<'a> {
             .and_then(|t| t.tex_coord)
             .unwrap_or(info.tex_coord);
         if uv_set >= MOST_UV_SETS {
-            self.warnings.add(
-                WarningCode::TextureCoordinates,
-                format!("textures[{index}]: uses TEXCOORD_{uv_set}, but only sets below {MOST_UV_SETS} are supported; the texture is left out"),
+            warn!(
+                self.warnings,
+                TextureCoordinates,
+                "textures[{index}]: uses TEXCOORD_{uv_set}, but only sets below {MOST_UV_SETS} are supported; the texture is left out"
             );
             return Ok(None);
         }
@@ -70,9 +69,10 @@ impl<'a> GltfImport<'a> {
             )
         });
         if !within {
-            self.warnings.add(
-                WarningCode::Range,
-                format!("textures[{index}]: a KHR_texture_transform has numbers beyond ±1e15, the largest coordinate, and is ignored"),
+            warn!(
+                self.warnings,
+                Range,
+                "textures[{index}]: a KHR_texture_transform has numbers beyond ±1e15, the largest coordinate, and is ignored"
             );
         }
         Ok(Some(TextureRef {
@@ -81,7 +81,10 @@ impl<'a> GltfImport<'a> {
             uv_transform: usable.filter(|_| within),
             uv: None,
             factor: Colour::WHITE,
-            channel: None,
+            channel: match used_as {
+                TextureRole::ChannelMap(channel) => Some(channel),
+                _ => None,
+            },
         }))
     }
 
@@ -92,14 +95,11 @@ impl<'a> GltfImport<'a> {
         index: usize,
         used_as: TextureRole,
     ) -> ImportResult<Option<String>> {
-        let key = (index, used_as == TextureRole::Colour);
+        let key = (index, used_as == TextureRole::ColorMap);
         if let Some(known) = self.textures.get(&key) {
             return Ok(known.clone());
         }
-        let list = &self.document.textures;
-        let source = list
-            .get(index)
-            .ok_or_else(|| missing_index_fault("textures", index, list.len()))?;
+        let source = find_entry(&self.document.textures, "textures", index)?;
         let place = |fault: Fault| fault.with_place(format_args!("textures[{index}]"));
         let sampler = self.texture_sampler(source).map_err(place)?;
         let mut image = None;
@@ -110,9 +110,9 @@ impl<'a> GltfImport<'a> {
             }
         }
         if source.image_sources().next().is_none() {
-            self.warnings.add(
-                WarningCode::Picture,
-                format!("textures[{index}]: has no supported image; the texture is left out"),
+            warn!(
+                self.warnings,
+                Picture, "textures[{index}]: has no supported image; the texture is left out"
             );
         }
         let name = image.map(|image| {
@@ -125,7 +125,7 @@ impl<'a> GltfImport<'a> {
             self.scene.textures.push(SceneTexture {
                 name: name.clone(),
                 image,
-                colour_space: if used_as == TextureRole::Colour {
+                colour_space: if used_as == TextureRole::ColorMap {
                     ColourSpace::Srgb
                 } else {
                     ColourSpace::Linear
@@ -146,11 +146,8 @@ impl<'a> GltfImport<'a> {
             wrap_s: None,
             wrap_t: None,
         };
-        let list = &self.document.samplers;
         match texture.sampler {
-            Some(index) => list
-                .get(index as usize)
-                .ok_or_else(|| missing_index_fault("samplers", index as usize, list.len())),
+            Some(index) => find_entry(&self.document.samplers, "samplers", index as usize),
             None => Ok(NONE),
         }
     }
@@ -162,16 +159,13 @@ impl<'a> GltfImport<'a> {
         if let Some(known) = self.images.get(&index) {
             return Ok(known.clone());
         }
-        let list = &self.document.images;
-        let source = list
-            .get(index)
-            .ok_or_else(|| missing_index_fault("images", index, list.len()))?;
-        let place = |fault: Fault| fault.with_place(format_args!("images[{index}]"));
+        let source = find_entry(&self.document.images, "images", index)?;
         let accepted = self.read_image_bytes(source).and_then(|bytes| {
             image_file::reserve_picture_memory(&bytes, self.limits, &mut self.budget)?;
             Ok(bytes)
         });
-        let name = match catch_invalid_input(accepted.map_err(place))? {
+        let name = match catch_invalid_input(accepted.with_place(format_args!("images[{index}]")))?
+        {
             Ok(bytes) => {
                 let file = self
                     .file
@@ -204,10 +198,7 @@ impl<'a> GltfImport<'a> {
                 Some(name)
             }
             Err(reason) => {
-                self.warnings.add(
-                    WarningCode::Picture,
-                    format!("{reason}; the texture is left out"),
-                );
+                warn!(self.warnings, Picture, "{reason}; the texture is left out");
                 None
             }
         };
@@ -227,7 +218,7 @@ impl<'a> GltfImport<'a> {
         let uri = source
             .uri
             .as_ref()
-            .ok_or_else(|| Fault::invalid_input("has neither uri nor bufferView"))?;
+            .ok_or_else(|| fault!("has neither uri nor bufferView"))?;
         uri::read_reference(self.folder, uri).map(Cow::from)
     }
 }

@@ -16,7 +16,7 @@ use crate::Limits;
 use crate::import::{Fault, ImportResult, sanitise_text};
 
 fn exr_fault(error: exr::error::Error) -> Fault {
-    Fault::invalid_input(format!("is a broken EXR picture ({error})"))
+    fault!("is a broken EXR picture ({error})")
 }
 
 /// Colour channels of a part: red, green and blue, or a single luminance.
@@ -109,9 +109,9 @@ fn choose_picture(meta: &MetaData) -> ImportResult<ChosenPicture<'_>> {
             .map(|channel| channel.name.to_string());
         let names = sanitise_text(&names.collect::<Vec<_>>().join(", "));
         let read = "supported are R, G and B, or Y alone, each with or without A, also in layers; Y with RY and BY is not supported";
-        return Err(Fault::invalid_input(format!(
+        return Err(fault!(
             "is an EXR picture without supported colour channels ({names}); {read}"
-        )));
+        ));
     };
     let part = header
         .own_attributes
@@ -150,8 +150,8 @@ fn read_headers(bytes: &[u8], limits: &Limits) -> ImportResult<MetaData> {
             check_size(size.0 as u64, size.1 as u64, limits)?;
         }
         if crate::output::decoder_can_abort(header.compression) {
-            return Err(Fault::invalid_input(
-                "is an EXR picture with DWA compression, which is not supported; save it with ZIP compression",
+            return Err(fault!(
+                "is an EXR picture with DWA compression, which is not supported; save it with ZIP compression"
             ));
         }
     }
@@ -193,9 +193,7 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> ImportResult<DecodedImage
     let data = IntegerBounds::new(header.own_attributes.layer_position, header.layer_size);
     let mut pixels = read_channels(bytes, &channels)?;
     if pixels.len() != data.size.area() {
-        return Err(Fault::invalid_input(
-            "is a broken EXR picture (wrong number of pixels)",
-        ));
+        return Err(fault!("is a broken EXR picture (wrong number of pixels)"));
     }
     if data != window {
         pixels = crop_to_window(&pixels, data, window)?;
@@ -259,8 +257,8 @@ fn crop_to_window(
     if is_seen {
         Ok(out)
     } else {
-        Err(Fault::invalid_input(
-            "is an EXR picture whose data window lies outside the display window",
+        Err(fault!(
+            "is an EXR picture whose data window lies outside the display window"
         ))
     }
 }
@@ -318,8 +316,8 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> ImportResult<Vec<[f
             .from_buffered(of_file())
             .map(|image| image.layer_data.channel_data.pixels),
         _ => {
-            return Err(Fault::invalid_input(
-                "is a broken EXR picture (its colour channels cannot be read)",
+            return Err(fault!(
+                "is a broken EXR picture (its colour channels cannot be read)"
             ));
         }
     };

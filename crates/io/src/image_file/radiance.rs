@@ -60,8 +60,8 @@ impl<'b> RadianceHeader<'b> {
                 return Ok(header);
             }
         }
-        Err(Fault::invalid_input(
-            "is a broken picture (its header has no line with the size, such as `-Y 512 +X 1024`)",
+        Err(fault!(
+            "is a broken picture (its header has no line with the size, such as `-Y 512 +X 1024`)"
         ))
     }
 

@@ -7,9 +7,7 @@ use crate::import::{Fault, ImportResult};
 /// before any allocation.
 pub(crate) fn check_size(width: u64, height: u64, limits: &Limits) -> ImportResult<()> {
     if width == 0 || height == 0 {
-        return Err(Fault::invalid_input(
-            "is a picture whose width or height is 0",
-        ));
+        return Err(fault!("is a picture whose width or height is 0"));
     }
     if width.saturating_mul(height) > limits.image_pixels {
         return Err(Fault::over_limit(format!(

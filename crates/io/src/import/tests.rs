@@ -21,7 +21,7 @@ fn names_are_unique_even_against_numbered_wishes() {
 fn warnings_are_said_once_and_capped() {
     let mut warnings = Warnings::default();
     for i in 0..1000 {
-        warnings.add(WarningCode::Format, format!("w{}", i % 500));
+        warn!(warnings, Format, "w{}", i % 500);
     }
     assert_eq!(warnings.into_warnings("f").len(), Warnings::MOST + 1);
     let mut warnings = Warnings::default();

@@ -38,28 +38,22 @@ struct LoadedModel {
     materials: BTreeMap<String, String>,
 }
 
-/// Names that the scene uses already; names of models must differ from them.
-struct UsedSceneNames {
-    images: UniqueNames,
-    textures: UniqueNames,
-    materials: UniqueNames,
-    meshes: UniqueNames,
-}
-
-impl UsedSceneNames {
-    fn from_scene(scene: &Scene) -> Self {
-        fn collect_names<'a>(names: impl Iterator<Item = &'a String>) -> UniqueNames {
-            let mut taken = UniqueNames::default();
-            names.for_each(|name| drop(taken.make_unique(name)));
-            taken
-        }
-        Self {
-            images: collect_names(scene.images.iter().map(|image| &image.name)),
-            textures: collect_names(scene.textures.iter().map(|texture| &texture.name)),
-            materials: collect_names(scene.materials.iter().map(|material| &material.name)),
-            meshes: collect_names(scene.meshes.iter().map(|mesh| &mesh.name)),
-        }
-    }
+/// Returns the names of a scene's images, textures, materials and meshes.
+fn part_names(scene: &mut Scene) -> [Vec<&mut String>; 4] {
+    [
+        scene.images.iter_mut().map(|part| &mut part.name).collect(),
+        scene
+            .textures
+            .iter_mut()
+            .map(|part| &mut part.name)
+            .collect(),
+        scene
+            .materials
+            .iter_mut()
+            .map(|part| &mut part.name)
+            .collect(),
+        scene.meshes.iter_mut().map(|part| &mut part.name).collect(),
+    ]
 }
 
 /// Loads all models that a scene places, adds their contents to the scene, and empties the scene's
@@ -74,10 +68,15 @@ pub(super) fn add_models(
     limits: &Limits,
 ) -> Result<Vec<Warning>, Error> {
     let models = core::mem::take(&mut parsed.scene.models);
-    let (mut taken, mut parts) = (
-        UsedSceneNames::from_scene(&parsed.scene),
-        HashMap::<ModelKey, Rc<LoadedModel>>::new(),
-    );
+    // Names of models must differ from those that the scene uses already.
+    let mut taken = part_names(&mut parsed.scene).map(|names| {
+        let mut taken = UniqueNames::default();
+        names
+            .into_iter()
+            .for_each(|name| drop(taken.make_unique(name)));
+        taken
+    });
+    let mut parts = HashMap::<ModelKey, Rc<LoadedModel>>::new();
     let mut warnings = Vec::new();
     for (i, model) in models.iter().enumerate() {
         let key = (
@@ -225,13 +224,7 @@ fn image_and_mesh_bytes(scene: &Scene) -> u64 {
 
 /// New names of a model's images, textures, materials and meshes, by their names in the model's
 /// file.
-#[derive(Default)]
-struct RenamedParts {
-    images: BTreeMap<String, String>,
-    textures: BTreeMap<String, String>,
-    materials: BTreeMap<String, String>,
-    meshes: BTreeMap<String, String>,
-}
+type RenamedParts = [BTreeMap<String, String>; 4];
 
 /// Moves the images, textures, materials and meshes of a model into the scene, under names with the
 /// prefix `label`. Returns the objects and lights for placement.
@@ -239,7 +232,7 @@ fn merge_model(
     scene: &mut Scene,
     mut own_scene: Scene,
     label: &str,
-    taken: &mut UsedSceneNames,
+    taken: &mut [UniqueNames; 4],
 ) -> LoadedModel {
     let renamed = rename_parts(&mut own_scene, label, taken);
     update_references(&mut own_scene, &renamed);
@@ -254,55 +247,38 @@ fn merge_model(
     scene.materials.append(&mut own_scene.materials);
     scene.meshes.append(&mut own_scene.meshes);
     scene.unread.append(&mut own_scene.unread);
+    let [_, _, materials, _] = renamed;
     LoadedModel {
         objects: own_scene.objects,
         lights: own_scene.lights,
-        materials: renamed.materials,
+        materials,
     }
 }
 
 /// Gives the images, textures, materials and meshes of a model unique names with the prefix
 /// `label`. Returns the new names.
-fn rename_parts(own_scene: &mut Scene, label: &str, taken: &mut UsedSceneNames) -> RenamedParts {
-    let rename =
-        |name: &mut String, names: &mut UniqueNames, known: &mut BTreeMap<String, String>| {
-            let new = names.make_unique(&format!("{label}/{name}"));
-            known.insert(core::mem::replace(name, new.clone()), new);
-        };
+fn rename_parts(own_scene: &mut Scene, label: &str, taken: &mut [UniqueNames; 4]) -> RenamedParts {
     let mut renamed = RenamedParts::default();
-    for image in &mut own_scene.images {
-        rename(&mut image.name, &mut taken.images, &mut renamed.images);
-    }
-    for texture in &mut own_scene.textures {
-        rename(
-            &mut texture.name,
-            &mut taken.textures,
-            &mut renamed.textures,
-        );
-    }
-    for material in &mut own_scene.materials {
-        rename(
-            &mut material.name,
-            &mut taken.materials,
-            &mut renamed.materials,
-        );
-    }
-    for mesh in &mut own_scene.meshes {
-        rename(&mut mesh.name, &mut taken.meshes, &mut renamed.meshes);
+    let parts = part_names(own_scene).into_iter().zip(taken);
+    for ((names, taken), renamed) in parts.zip(&mut renamed) {
+        for name in names {
+            let new = taken.make_unique(&format!("{label}/{name}"));
+            renamed.insert(core::mem::replace(name, new.clone()), new);
+        }
     }
     renamed
 }
 
 /// Changes all references of a model to its renamed parts. The references of objects to materials
 /// stay, because each placement chooses its own materials.
-fn update_references(own_scene: &mut Scene, renamed: &RenamedParts) {
+fn update_references(own_scene: &mut Scene, [images, textures, materials, meshes]: &RenamedParts) {
     let update = |name: &mut String, known: &BTreeMap<String, String>| {
         if let Some(new) = known.get(name) {
             name.clone_from(new);
         }
     };
     for texture in &mut own_scene.textures {
-        update(&mut texture.image, &renamed.images);
+        update(&mut texture.image, images);
     }
     for material in &mut own_scene.materials {
         // Importers create physical materials only.
@@ -311,16 +287,16 @@ fn update_references(own_scene: &mut Scene, renamed: &RenamedParts) {
         };
         model.change_values(&mut |value| {
             if let Some(texture) = value.texture_mut() {
-                update(&mut texture.name, &renamed.textures);
+                update(&mut texture.name, textures);
             }
         });
     }
     for part in &mut own_scene.unread {
-        update(&mut part.material, &renamed.materials);
+        update(&mut part.material, materials);
     }
     for object in &mut own_scene.objects {
         if let Shape::Mesh(mesh) = &mut object.shape {
-            update(mesh, &renamed.meshes);
+            update(mesh, meshes);
         }
     }
 }

@@ -14,6 +14,8 @@ pub(super) struct Statement<'a> {
     pub keyword: &'a str,
     /// Text after the first word, trimmed.
     pub rest: &'a str,
+    /// Whether the line has a comment, or a number with `#`.
+    pub has_comment: bool,
 }
 
 /// Decodes the bytes of a file as text. A line that ends in `\` is joined to the next line, and
@@ -21,34 +23,24 @@ pub(super) struct Statement<'a> {
 /// numbers are ASCII.
 pub(super) fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
     let bytes = strip_byte_order_mark(bytes);
-    let text = if bytes
-        .windows(2)
-        .any(|pair| pair[0] == b'\r' && pair[1] != b'\n')
-    {
-        let lines: Vec<&[u8]> = split_lines(bytes).collect();
-        Cow::Owned(String::from_utf8_lossy(&lines.join(&b'\n')).into_owned())
-    } else {
-        String::from_utf8_lossy(bytes)
-    };
-    if !text.lines().any(|line| line.ends_with('\\')) {
-        return text;
+    if !bytes.iter().any(|byte| matches!(byte, b'\\' | b'\r')) {
+        return String::from_utf8_lossy(bytes);
     }
-    let mut out = String::with_capacity(text.len());
-    let mut owed = 0;
-    for line in text.lines() {
-        let begun = line.strip_suffix('\\');
-        match begun.filter(|begun| !begun.trim_start().starts_with('#')) {
-            Some(begun) => {
+    let (mut out, mut owed) = (String::with_capacity(bytes.len()), 1);
+    for line in split_lines(bytes) {
+        let line = String::from_utf8_lossy(line);
+        match line.strip_suffix('\\') {
+            Some(begun) if !begun.trim_start().starts_with('#') => {
                 out.push_str(begun);
                 out.push(' ');
                 owed += 1;
             }
-            None => {
-                out.push_str(line);
+            _ => {
+                out.push_str(&line);
                 // After joined lines, empty lines are added, so that the numbers of later lines
                 // stay correct.
-                out.extend(std::iter::repeat_n('\n', owed + 1));
-                owed = 0;
+                out.extend(std::iter::repeat_n('\n', owed));
+                owed = 1;
             }
         }
     }
@@ -59,7 +51,8 @@ pub(super) fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
 pub(super) fn split_statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
     text.lines().enumerate().filter_map(|(i, line)| {
         let (keyword, rest) = split_first_word(line);
-        let rest = if rest.contains('#') && !takes_name(keyword) {
+        let has_comment = rest.contains('#') && !takes_name(keyword);
+        let rest = if has_comment {
             strip_comment(rest)
         } else {
             rest
@@ -68,6 +61,7 @@ pub(super) fn split_statements(text: &str) -> impl Iterator<Item = Statement<'_>
             line: i + 1,
             keyword,
             rest: rest.trim_end(),
+            has_comment,
         })
     })
 }

@@ -19,16 +19,15 @@
 //! over derived values; `Ps`, `Pc`, `Pcr`, `aniso` and `anisor` of this extension add layers. `Ka`
 //! is ignored, because light is simulated.
 
-use raywright_core::Scene;
 use raywright_core::scene::{
     AlphaMode, Anisotropy, Channel, Clearcoat, Colour, ColourSpace, NumberInput, Physical, Sheen,
     TextureInput, TextureRef,
 };
 
+use super::SceneBuilder;
 use super::mtl::LibraryMaterial;
-use super::texture::{TextureLoader, TextureStatement};
+use super::texture::TextureStatement;
 use crate::import::{Warnings, sanitise_text};
-use crate::warning::WarningCode;
 
 /// Returns the perceptual roughness, from 0 to 1, of a Phong lobe with this exponent n. Its α is
 /// √(2/(n+2)) (Walter, Marschner, Li, Torrance, "Microfacet Models for Refraction through Rough
@@ -37,90 +36,85 @@ fn phong_roughness(exponent: f64) -> f64 {
     (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt()
 }
 
-/// Returns the texture statements of a material that the importer uses, each with the folder of the
-/// material's library.
-pub(super) fn image_statements(
-    LibraryMaterial { source, folder }: &LibraryMaterial,
-) -> impl Iterator<Item = (&str, &str)> {
-    let known = [&source.diffuse_texture, &source.dissolve_texture]
-        .into_iter()
-        .filter_map(Option::as_deref);
-    known
-        .chain(
-            ["map_Ke", "map_Pr", "map_Pm", "norm"]
-                .into_iter()
-                .filter_map(|key| find_parameter_unknown_to_tobj(source, key)),
-        )
-        .map(|statement| (folder.as_str(), statement))
-}
+/// Keys of the images that the importer uses.
+const IMAGES: [&str; 6] = ["map_Kd", "map_d", "map_Ke", "map_Pr", "map_Pm", "norm"];
 
-/// Returns the text after a keyword that the parser `tobj` stores as unknown.
-fn find_parameter_unknown_to_tobj<'s>(source: &'s tobj::Material, key: &str) -> Option<&'s str> {
-    source.unknown_param.get(key).map(String::as_str)
-}
+impl LibraryMaterial {
+    /// Returns the texture statements that the importer uses, each with the folder of the library.
+    pub fn image_statements(&self) -> impl Iterator<Item = (&str, &str)> {
+        IMAGES
+            .into_iter()
+            .filter_map(|key| Some((&*self.folder, self.text(key)?)))
+    }
 
-/// Converts a material of the file to a physical material, with the textures whose images could be
-/// read.
-pub(super) fn convert_material(
-    LibraryMaterial { source, folder }: &LibraryMaterial,
-    textures: &mut TextureLoader,
-    scene: &mut Scene,
-    warnings: &mut Warnings,
-) -> Physical {
-    let unknown = |key: &str| find_parameter_unknown_to_tobj(source, key);
-    let mut texture =
-        |statement: Option<&str>, space| textures.texture_ref(folder, statement?, space, scene);
-    let opacity = read_opacity(source, warnings);
-    let mut out = convert_surface(source, opacity);
-    out.base_colour_texture = texture(source.diffuse_texture.as_deref(), ColourSpace::Srgb);
-    out.emission_texture = texture(unknown("map_Ke"), ColourSpace::Srgb);
-    let emission = source
-        .emissive
-        .unwrap_or(if out.emission_texture.is_some() {
-            [1.0; 3]
-        } else {
-            [0.0; 3]
-        });
-    out.emission = Colour(emission.map(|c| {
-        if c.is_finite() {
-            round_to_f32(c).max(0.0)
-        } else {
-            0.0
-        }
-    }))
-    .into();
-    for (key, image, input) in [
-        ("Pr", "map_Pr", &mut out.roughness),
-        ("Pm", "map_Pm", &mut out.metallic),
-    ] {
-        let value = unknown(key).and_then(parse_number).map(clamp_unit);
-        match texture(unknown(image), ColourSpace::Linear) {
-            Some(image) => *input = texture_input(image, value.unwrap_or(1.0)),
-            None => *input = value.map_or(input.clone(), NumberInput::from),
-        }
-    }
-    add_layers(source, &mut out);
-    if let Some(statement) = unknown("norm") {
-        out.normal_texture = texture(Some(statement), ColourSpace::Linear);
-        out.normal_scale = TextureStatement::parse(statement).bump;
-    }
-    if !out.may_transmit() {
-        out.opacity = opacity.into();
-        let own_alpha = match (&source.dissolve_texture, &source.diffuse_texture) {
-            (Some(alpha), Some(colour)) => {
-                TextureStatement::parse(alpha).path == TextureStatement::parse(colour).path
-            }
-            _ => false,
+    /// Returns the text after the key of an image, or after a key that `tobj` does not know.
+    fn text(&self, key: &str) -> Option<&str> {
+        let text = match key {
+            "map_Kd" => self.source.diffuse_texture.as_ref(),
+            "map_d" => self.source.dissolve_texture.as_ref(),
+            _ => self.source.unknown_param.get(key),
         };
-        if opacity < 1.0 || own_alpha {
-            out.alpha = AlphaMode::Blend;
-        }
-        let cover = source.dissolve_texture.as_deref().filter(|_| !own_alpha);
-        if let Some(image) = texture(cover, ColourSpace::Linear) {
-            (out.alpha, out.opacity) = (AlphaMode::Blend, texture_input(image, opacity));
-        }
+        text.map(String::as_str)
     }
-    out
+
+    /// Returns the first number after a key that `tobj` does not know, from 0 to 1.
+    fn share(&self, key: &str) -> Option<f64> {
+        self.text(key).and_then(parse_number).map(clamp_unit)
+    }
+}
+
+impl SceneBuilder<'_> {
+    /// Converts a material of the file to a physical material, with the textures whose images could
+    /// be read.
+    pub(super) fn convert_physical(&mut self, material: &LibraryMaterial) -> Physical {
+        let opacity = read_opacity(material, &mut self.warnings);
+        let mut texture =
+            |key: &str, space| self.texture_ref(&material.folder, material.text(key)?, space);
+        let mut out = convert_surface(material, opacity);
+        out.base_colour_texture = texture("map_Kd", ColourSpace::Srgb);
+        out.emission_texture = texture("map_Ke", ColourSpace::Srgb);
+        let missing = f64::from(u8::from(out.emission_texture.is_some()));
+        let emission = material.source.emissive.unwrap_or([missing; 3]);
+        let usable = |c: f64| {
+            if c.is_finite() {
+                round_to_f32(c).max(0.0)
+            } else {
+                0.0
+            }
+        };
+        out.emission = Colour(emission.map(usable)).into();
+        for (key, image, input) in [
+            ("Pr", "map_Pr", &mut out.roughness),
+            ("Pm", "map_Pm", &mut out.metallic),
+        ] {
+            let value = material.share(key);
+            match texture(image, ColourSpace::Linear) {
+                Some(image) => *input = texture_input(image, value.unwrap_or(1.0)),
+                None => *input = value.map_or(input.clone(), NumberInput::from),
+            }
+        }
+        add_layers(material, &mut out);
+        if let Some(statement) = material.text("norm") {
+            out.normal_texture = texture("norm", ColourSpace::Linear);
+            out.normal_scale = TextureStatement::parse(statement).bump;
+        }
+        if !out.may_transmit() {
+            out.opacity = opacity.into();
+            let [alpha, colour] = ["map_d", "map_Kd"].map(|key| {
+                material
+                    .text(key)
+                    .map(|text| TextureStatement::parse(text).path)
+            });
+            let own_alpha = alpha.is_some() && alpha == colour;
+            if opacity < 1.0 || own_alpha {
+                out.alpha = AlphaMode::Blend;
+            }
+            if !own_alpha && let Some(image) = texture("map_d", ColourSpace::Linear) {
+                (out.alpha, out.opacity) = (AlphaMode::Blend, texture_input(image, opacity));
+            }
+        }
+        out
+    }
 }
 
 /// Rounds a number of a material to single precision.
@@ -130,20 +124,15 @@ fn round_to_f32(value: f64) -> f64 {
 
 /// Returns the physical material for the colours, the highlight and the refraction of an MTL
 /// material, by the table in the description of the module.
-fn convert_surface(source: &tobj::Material, opacity: f64) -> Physical {
+fn convert_surface(material: &LibraryMaterial, opacity: f64) -> Physical {
+    let source = &material.source;
     let rgb = |colour: Option<[f64; 3]>, missing: f64| {
         colour.map_or([missing; 3], |c| c.map(|c| clamp_unit(round_to_f32(c))))
     };
-    let diffuse = rgb(
-        source.diffuse,
-        if source.diffuse_texture.is_some() {
-            1.0
-        } else {
-            0.8
-        },
-    );
+    let has_image = source.diffuse_texture.is_some();
+    let diffuse = rgb(source.diffuse, if has_image { 1.0 } else { 0.8 });
     let specular = rgb(source.specular, 0.0);
-    let filter = transmission_filter(source);
+    let filter = transmission_filter(material);
     let index = source
         .optical_density
         .map(round_to_f32)
@@ -173,7 +162,7 @@ fn convert_surface(source: &tobj::Material, opacity: f64) -> Physical {
         ..coloured(filter.filter(|tint| !is_black(*tint)).unwrap_or([1.0; 3]))
     };
     match illum {
-        4 | 6 | 7 | 9 if is_transparent(source, opacity) => glass(),
+        4 | 6 | 7 | 9 if is_transparent(material, opacity) => glass(),
         3 if is_black(diffuse) => metal(specular, 0.0),
         3 => metal(diffuse, rough),
         5 => Physical {
@@ -183,7 +172,7 @@ fn convert_surface(source: &tobj::Material, opacity: f64) -> Physical {
         },
         0 | 1 => matte(),
         _ if is_black(specular) => matte(),
-        _ if is_black(diffuse) && source.diffuse_texture.is_none() => metal(specular, rough),
+        _ if is_black(diffuse) && !has_image => metal(specular, rough),
         _ => Physical {
             roughness: rough.into(),
             ..coloured(diffuse)
@@ -194,10 +183,11 @@ fn convert_surface(source: &tobj::Material, opacity: f64) -> Physical {
 /// Whether a material that `illum` allows to refract light does so. Programs write `illum` 4 and
 /// `Tf 1 1 1` for opaque materials too: a diffuse colour counts unless `d`, `Tr` or `Tf` states
 /// transparency.
-fn is_transparent(source: &tobj::Material, opacity: f64) -> bool {
+fn is_transparent(material: &LibraryMaterial, opacity: f64) -> bool {
     /// Largest channel of a diffuse colour that files of glass state in place of black.
     const DARK: f64 = 0.02;
-    let filter = transmission_filter(source);
+    let source = &material.source;
+    let filter = transmission_filter(material);
     let is_diffuse = source.diffuse_texture.is_some()
         || source
             .diffuse
@@ -209,11 +199,9 @@ fn is_transparent(source: &tobj::Material, opacity: f64) -> bool {
 }
 
 /// Returns the tint of refracted light, from `Tf`; `None` without `Tf`. A missing channel is 1.
-fn transmission_filter(source: &tobj::Material) -> Option<[f64; 3]> {
-    let text = source.unknown_param.get("Tf")?;
-    let mut numbers = text
-        .split_whitespace()
-        .map(|word| parse_number(word).unwrap_or(1.0));
+fn transmission_filter(material: &LibraryMaterial) -> Option<[f64; 3]> {
+    let words = material.text("Tf")?.split_whitespace();
+    let mut numbers = words.map(|word| parse_number(word).unwrap_or(1.0));
     Some([0; 3].map(|_| clamp_unit(numbers.next().unwrap_or(1.0))))
 }
 
@@ -223,55 +211,42 @@ fn is_black(colour: [f64; 3]) -> bool {
 
 /// Adds the layers of MTL's PBR extension to a material: `Ps` is sheen, `Pc` and `Pcr` are a
 /// clearcoat, `aniso` and `anisor` (in turns) are anisotropy.
-fn add_layers(source: &tobj::Material, out: &mut Physical) {
-    let number = |key: &str| {
-        source
-            .unknown_param
-            .get(key)
-            .and_then(|text| parse_number(text))
-            .map(clamp_unit)
-    };
-    let some = |key: &str| number(key).filter(|value| *value > 0.0);
+fn add_layers(material: &LibraryMaterial, out: &mut Physical) {
+    let some = |key: &str| material.share(key).filter(|value| *value > 0.0);
     out.sheen = some("Ps").map(|strength| Sheen {
         colour: Colour([strength; 3]).into(),
         ..Sheen::default()
     });
     out.clearcoat = some("Pc").map(|factor| Clearcoat {
         factor: factor.into(),
-        roughness: number("Pcr").unwrap_or(0.0).into(),
+        roughness: material.share("Pcr").unwrap_or(0.0).into(),
         ..Clearcoat::default()
     });
     out.anisotropy = some("aniso").map(|strength| Anisotropy {
         strength: strength.into(),
-        rotation: 360.0 * number("anisor").unwrap_or(0.0),
+        rotation: 360.0 * material.share("anisor").unwrap_or(0.0),
         texture: None,
     });
 }
 
 /// Returns the opacity of a material from 0 to 1: `d` or, without a `d`, 1 − `Tr`.
-fn read_opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
-    if let Some(dissolve) = source.dissolve {
+fn read_opacity(material: &LibraryMaterial, warnings: &mut Warnings) -> f64 {
+    if let Some(dissolve) = material.source.dissolve {
         return clamp_unit(round_to_f32(dissolve));
     }
-    match source
-        .unknown_param
-        .get("Tr")
-        .and_then(|text| parse_number(text))
-    {
+    match material.text("Tr").and_then(parse_number) {
         // Old exporters wrote `Tr 1` for an opaque material. Files that describe an invisible
         // material hardly exist.
         Some(1.0) => {
-            warnings.add(
-                WarningCode::Choice,
-                format!(
-                    "material `{}`: `Tr 1` without `d` is read as opaque, not as invisible",
-                    sanitise_text(&source.name)
-                ),
+            warn!(
+                warnings,
+                Choice,
+                "material `{}`: `Tr 1` without `d` is read as opaque, not as invisible",
+                sanitise_text(&material.source.name)
             );
             1.0
         }
-        Some(transparency) => clamp_unit(1.0 - transparency),
-        None => 1.0,
+        transparency => clamp_unit(1.0 - transparency.unwrap_or(0.0)),
     }
 }
 
@@ -284,37 +259,6 @@ fn texture_input(image: TextureRef, factor: f64) -> NumberInput {
             ..image
         },
     })
-}
-
-/// Lists the MTL keys of a material that are ignored although they would change its appearance.
-pub(super) fn unsupported_keys(source: &tobj::Material) -> Vec<String> {
-    const READ: [&str; 14] = [
-        "Tf", "Tr", "Pr", "Pm", "map_Pr", "map_Pm", "map_Ke", "norm", "Kt", "Ps", "Pc", "Pcr",
-        "aniso", "anisor",
-    ];
-    let unknown = source
-        .unknown_param
-        .keys()
-        .filter(|key| !READ.contains(&key.as_str()));
-    let mut ignored: Vec<&str> = unknown.map(String::as_str).collect();
-    let known = [
-        ("map_Ks", &source.specular_texture),
-        ("map_Ns", &source.shininess_texture),
-        ("map_bump", &source.normal_texture),
-    ];
-    ignored.extend(
-        known
-            .iter()
-            .filter(|(_, texture)| texture.is_some())
-            .map(|(name, _)| *name),
-    );
-    // The hash map of the parameters has a random order.
-    ignored.sort_unstable();
-    ignored.truncate(20);
-    ignored
-        .into_iter()
-        .map(|key| format!("MTL {}", sanitise_text(key)))
-        .collect()
 }
 
 fn parse_number(text: &str) -> Option<f64> {
@@ -338,10 +282,18 @@ mod tests {
     use super::*;
     use raywright_core::scene::ColourInput;
 
+    fn parse(text: &str) -> LibraryMaterial {
+        let (mut materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).unwrap();
+        LibraryMaterial {
+            source: materials.remove(0),
+            ..LibraryMaterial::default()
+        }
+    }
+
     fn of(text: &str) -> Physical {
         let text = format!("newmtl m\n{text}");
-        let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).unwrap();
-        convert_surface(&materials[0], materials[0].dissolve.unwrap_or(1.0))
+        let material = parse(&text);
+        convert_surface(&material, material.source.dissolve.unwrap_or(1.0))
     }
 
     fn base(material: &Physical) -> [f64; 3] {
@@ -376,12 +328,7 @@ mod tests {
             (matte.ior, matte.roughness, matte.metallic),
             (1.0.into(), 1.0.into(), 0.0.into())
         );
-        let source = tobj::load_mtl_buf(
-            &mut "newmtl m\nPs 0.5\nPc 0.8\nPcr 0.1\naniso 0.6\nanisor 0.25".as_bytes(),
-        )
-        .unwrap()
-        .0
-        .remove(0);
+        let source = parse("newmtl m\nPs 0.5\nPc 0.8\nPcr 0.1\naniso 0.6\nanisor 0.25");
         let mut coated = Physical::default();
         add_layers(&source, &mut coated);
         let (coat, anisotropy) = (
@@ -397,7 +344,6 @@ mod tests {
             coated.sheen.expect("fibres").colour,
             Colour([0.5; 3]).into()
         );
-        assert!(unsupported_keys(&source).is_empty());
         let shiny = of("Kd 0.5 0.5 0.5\nKs 0.3 0.3 0.3\nNs 30\nillum 2");
         assert_eq!(
             (shiny.ior, shiny.roughness, shiny.metallic),

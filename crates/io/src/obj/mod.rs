@@ -24,278 +24,224 @@ use raywright_core::scene::{
 
 use crate::folder::Folder;
 use crate::import::{
-    DecodeBudget, Fault, ImportResult, ImportedScene, UniqueNames, Warnings, format_count,
-    sanitise_text, validate_scene,
+    DecodeBudget, ImportResult, ImportedScene, UniqueNames, Warnings, format_count, sanitise_text,
+    validate_scene,
 };
 use crate::text::refuse_non_text;
-use crate::warning::WarningCode;
-use crate::{Error, Limits, mesh_tools};
+use crate::{Limits, mesh_tools};
 
-use mesh::MaterialMesh;
 use mtl::{LibraryMaterial, MaterialLibrary};
-use survey::RewrittenObj;
-use texture::TextureLoader;
+use survey::ObjSurvey;
+use texture::TextureNames;
 
 /// Imports an OBJ file from its bytes, with the material libraries and images beside the file.
 ///
 /// # Errors
-/// An error of kind input that names line and cause, or of kind limit. A missing library or texture
+/// A fault of kind input that names line and cause, or of kind limit. A missing library or texture
 /// is only a warning.
-pub(crate) fn load(
-    file: &Path,
-    bytes: &[u8],
-    folder: &Folder,
-    limits: &Limits,
-) -> Result<ImportedScene, Error> {
-    import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
-}
-
-fn import(
+pub(crate) fn import(
     file: &Path,
     bytes: &[u8],
     folder: &Folder,
     limits: &Limits,
 ) -> ImportResult<ImportedScene> {
-    let mut warnings = Warnings::default();
-    let mut budget = DecodeBudget::new(limits);
     refuse_non_text(bytes)?;
-    let survey =
-        survey::check_and_rewrite_obj(&lines::decode_text(bytes), &mut budget, &mut warnings)?;
-    let library = mtl::load(&survey.libraries, folder, &mut warnings)?;
-    let models = parse_rewritten_text(&survey)?;
-    let parts = mesh::build_meshes(&survey.runs, models, &mut warnings)?;
-    let materials = MaterialConverter::new(
-        survey.materials,
-        library,
-        TextureLoader::new(folder, limits),
-    );
-    build_scene(file, parts, materials, budget, warnings)
+    let (budget, warnings) = (DecodeBudget::new(limits), Warnings::default());
+    let mut builder = SceneBuilder::new((folder, limits), budget, warnings);
+    let SceneBuilder {
+        budget, warnings, ..
+    } = &mut builder;
+    let text = lines::decode_text(bytes);
+    let mut survey = ObjSurvey::read(&text, false, budget, warnings)?;
+    let models = match survey.is_healthy.then(|| parse_obj(&text)) {
+        Some(Ok(models)) => models,
+        _ => {
+            // The first pass added all warnings.
+            survey = ObjSurvey::read(&text, true, budget, &mut Warnings::default())?;
+            parse_obj(&survey.mended.concat())?
+        }
+    };
+    let library = mtl::load(&survey.libraries, folder, warnings)?;
+    let parts = mesh::build_meshes(survey.runs, models, warnings)?;
+    builder.build(file, parts, (survey.materials, library))
 }
 
-/// Builds the scene of a file that consists of a single mesh. The mesh has the material of an OBJ
-/// file without materials. The same mesh therefore gives the same picture in every format.
-pub(crate) fn scene_from_mesh(
+/// A mesh, with the index of its material in the file; `None` for a mesh without a material.
+pub(crate) type MaterialMesh = (Option<usize>, MeshData);
+
+/// Builds the scene of a file that consists of meshes, each with an optional index into `images`.
+/// The meshes have the material of an OBJ file without materials. The same mesh therefore gives the
+/// same picture in every format.
+pub(crate) fn scene_from_meshes(
     file: &Path,
-    data: MeshData,
+    parts: Vec<MaterialMesh>,
+    images: Vec<String>,
     context: (&Folder, &Limits),
     budget: DecodeBudget,
     warnings: Warnings,
 ) -> ImportResult<ImportedScene> {
-    scene_from_meshes(
-        file,
-        vec![(None, data)],
-        Vec::new(),
-        context,
-        budget,
-        warnings,
-    )
+    let is_whole = matches!(parts[..], [(Some(_), _)]);
+    let materials = MaterialLibrary::from_images(images, is_whole);
+    SceneBuilder::new(context, budget, warnings).build(file, parts, materials)
 }
 
-/// Builds the scene of a file that consists of several meshes, each with an optional index into
-/// `images`. Otherwise as [`scene_from_mesh`].
-pub(crate) fn scene_from_meshes(
-    file: &Path,
-    parts: Vec<(Option<usize>, MeshData)>,
-    images: Vec<String>,
-    (folder, limits): (&Folder, &Limits),
-    budget: DecodeBudget,
-    warnings: Warnings,
-) -> ImportResult<ImportedScene> {
-    let is_whole = parts.len() == 1 && parts.iter().all(|(image, _)| image.is_some());
-    let (names, library) = MaterialLibrary::from_images(images, is_whole);
-    let parts = parts
-        .into_iter()
-        .map(|(material, data)| MaterialMesh { material, data })
-        .collect();
-    build_scene(
-        file,
-        parts,
-        MaterialConverter::new(names, library, TextureLoader::new(folder, limits)),
-        budget,
-        warnings,
-    )
-}
-
-/// Builds a scene with an object for each mesh.
-fn build_scene(
-    file: &Path,
-    parts: Vec<MaterialMesh>,
-    mut materials: MaterialConverter,
-    mut budget: DecodeBudget,
-    mut warnings: Warnings,
-) -> ImportResult<ImportedScene> {
-    let mut scene = Scene {
-        title: file
-            .file_stem()
-            .map(|s| s.to_string_lossy().into_owned())
-            .unwrap_or_default(),
-        ..Scene::default()
-    };
-    materials.read_images(&parts, &mut scene, &mut budget, &mut warnings)?;
-    let (mut names, mut dropped) = (UniqueNames::default(), 0);
-    for mut part in parts {
-        dropped += mesh_tools::drop_non_finite_triangles(&mut part.data);
-        if part.data.indices.is_empty() {
-            continue;
-        }
-        mesh_tools::repair_normals(&mut part.data);
-        let material = materials.convert(
-            part.material,
-            !part.data.colours.is_empty(),
-            &mut scene,
-            &mut warnings,
-        );
-        budget.reserve_object()?;
-        let label = materials.name_in_file(part.material).to_owned();
-        let name = names.make_unique(&label);
-        scene.meshes.push(Mesh {
-            name: name.clone(),
-            source: MeshSource::Inline(part.data.into()),
-            model: None,
-        });
-        scene.objects.push(Object {
-            name: label,
-            shape: Shape::Mesh(name),
-            material,
-            side: SideRule::Both,
-            face_viewer: true,
-            casts_shadow: true,
-            transform: Vec::new(),
-            transform_end: None,
-        });
-    }
-    warnings.add_dropped("", dropped);
-    let is_glass = |material: &&Material| match &material.model {
-        MaterialModel::Physical(physical) => physical.may_transmit(),
-        _ => false,
-    };
-    let glass = scene.materials.iter().filter(is_glass).count();
-    if glass > 0 {
-        warnings.add(
-            WarningCode::Conversion,
-            format!(
-                "{} taken for glass, by `illum` 4, 6, 7 or 9 and by `d`, `Tr`, `Tf` or a black `Kd`",
-                format_count(glass, "material")
-            ),
-        );
-    }
-    if scene.objects.is_empty() {
-        warnings.add(
-            WarningCode::NothingToSee,
-            "the file has no triangles: nothing to see",
-        );
-    }
-    Ok((
-        validate_scene(scene)?,
-        warnings.into_warnings(file.display()),
-    ))
-}
-
-/// Parses the rewritten text with `tobj`. Returns a model, vertices and polygons, for each run of
-/// faces with the same properties.
-fn parse_rewritten_text(survey: &RewrittenObj) -> ImportResult<Vec<tobj::Model>> {
+/// Parses a text with `tobj`. Returns a model, vertices and polygons, for each run of faces.
+fn parse_obj(text: &str) -> ImportResult<Vec<tobj::Model>> {
     let options = tobj::LoadOptions {
         single_index: true,
         ..tobj::LoadOptions::default()
     };
     let no_materials = |_: &Path| Ok(Default::default());
-    match tobj::load_obj_buf(&mut survey.text.as_bytes(), &options, no_materials) {
-        Ok((models, _)) => Ok(models),
-        Err(error) => Err(Fault::invalid_input(format!("is no valid OBJ ({error})"))),
-    }
+    tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials)
+        .map(|(models, _)| models)
+        .map_err(|error| fault!("is no valid OBJ ({error})"))
 }
 
-/// Converts the materials of a file, each on first use.
-struct MaterialConverter<'a> {
-    /// Names of the materials in the file, by index.
-    names_in_file: Vec<String>,
-    library: MaterialLibrary,
-    textures: TextureLoader<'a>,
-    unique_names: UniqueNames,
+/// Builder of a scene with an object for each mesh. Materials and textures are converted on first
+/// use.
+struct SceneBuilder<'a> {
+    folder: &'a Folder,
+    limits: &'a Limits,
+    budget: DecodeBudget,
+    warnings: Warnings,
+    scene: Scene,
+    material_names: UniqueNames,
     /// Names of the converted materials in the scene, by index of the material and by whether
     /// vertex colours are used.
-    converted_names: HashMap<(Option<usize>, bool), String>,
+    materials: HashMap<(Option<usize>, bool), String>,
+    textures: TextureNames,
 }
 
-impl<'a> MaterialConverter<'a> {
-    /// Creates a converter without converted materials.
-    fn new(used: Vec<String>, library: MaterialLibrary, textures: TextureLoader<'a>) -> Self {
+impl<'a> SceneBuilder<'a> {
+    fn new(
+        (folder, limits): (&'a Folder, &'a Limits),
+        budget: DecodeBudget,
+        warnings: Warnings,
+    ) -> Self {
         Self {
-            names_in_file: used,
-            library,
-            textures,
-            unique_names: UniqueNames::default(),
-            converted_names: HashMap::new(),
+            folder,
+            limits,
+            budget,
+            warnings,
+            scene: Scene::default(),
+            material_names: UniqueNames::default(),
+            materials: HashMap::new(),
+            textures: TextureNames::default(),
         }
     }
 
-    /// Returns the name of the material with this index in the file, or the default name.
-    fn name_in_file(&self, number: Option<usize>) -> &str {
-        number
-            .and_then(|i| self.names_in_file.get(i))
-            .map_or(mtl::DEFAULT, String::as_str)
-    }
-
-    /// Reads the images of all materials that the meshes use.
-    fn read_images(
-        &mut self,
-        parts: &[MaterialMesh],
-        scene: &mut Scene,
-        budget: &mut DecodeBudget,
-        warnings: &mut Warnings,
-    ) -> ImportResult<()> {
-        let used = parts.iter().map(|part| self.name_in_file(part.material));
-        let statements: Vec<(&str, &str)> = used
-            .filter_map(|name| self.library.find_material(name))
-            .flat_map(material::image_statements)
-            .collect();
-        self.textures
-            .load(statements.into_iter(), scene, budget, warnings)
-    }
-
-    /// Returns the name in the scene of the material with this index, for meshes with or without
-    /// vertex colours. The material is converted on first use.
-    fn convert(
-        &mut self,
-        number: Option<usize>,
-        coloured: bool,
-        scene: &mut Scene,
-        warnings: &mut Warnings,
-    ) -> String {
-        if let Some(name) = self.converted_names.get(&(number, coloured)) {
-            return name.clone();
+    /// Builds the scene, with the names of the materials in the file and their libraries.
+    fn build(
+        mut self,
+        file: &Path,
+        parts: Vec<MaterialMesh>,
+        (used, library): (Vec<String>, MaterialLibrary),
+    ) -> ImportResult<ImportedScene> {
+        let stem = file.file_stem().unwrap_or_default();
+        self.scene.title = stem.to_string_lossy().into_owned();
+        let name_in_file = |number: Option<usize>| {
+            let name = number.and_then(|number| used.get(number));
+            name.map_or(mtl::DEFAULT, String::as_str)
+        };
+        let statements = parts
+            .iter()
+            .filter_map(|(number, _)| library.find_material(name_in_file(*number)))
+            .flat_map(LibraryMaterial::image_statements);
+        self.load_images(statements)?;
+        let (mut names, mut dropped) = (UniqueNames::default(), 0);
+        for (number, mut data) in parts {
+            dropped += mesh_tools::drop_non_finite_triangles(&mut data);
+            if data.indices.is_empty() {
+                continue;
+            }
+            mesh_tools::repair_normals(&mut data);
+            let label = name_in_file(number);
+            let key = (number, !data.colours.is_empty());
+            let material = self.convert_material(key, label, &library);
+            self.budget.reserve_object()?;
+            let name = names.make_unique(label);
+            self.scene.meshes.push(Mesh {
+                name: name.clone(),
+                source: MeshSource::Inline(data.into()),
+                model: None,
+            });
+            self.scene.objects.push(Object {
+                name: label.to_owned(),
+                shape: Shape::Mesh(name),
+                material,
+                side: SideRule::Both,
+                face_viewer: true,
+                casts_shadow: true,
+                transform: Vec::new(),
+                transform_end: None,
+            });
         }
-        let label = self.name_in_file(number).to_owned();
-        let (found, grey) = (
-            self.library.find_material(&label),
-            LibraryMaterial::default(),
-        );
-        if found.is_none() && number.is_some() {
-            warnings.add(
-                WarningCode::Material,
-                format!(
-                    "material `{}` is in no material library; a grey material is used",
-                    sanitise_text(&label)
-                ),
+        self.warnings.add_dropped("", dropped);
+        self.warn_glass();
+        if self.scene.objects.is_empty() {
+            warn!(
+                self.warnings,
+                NothingToSee, "the file has no triangles: nothing to see"
             );
         }
-        let source = found.unwrap_or(&grey);
-        let mut model = material::convert_material(source, &mut self.textures, scene, warnings);
-        model.vertex_colours = coloured;
-        let name = self.unique_names.make_unique(&label);
-        let unread = material::unsupported_keys(&source.source).into_iter();
-        scene
-            .unread
-            .extend(unread.map(|subject| UnsupportedProperty {
-                material: name.clone(),
-                label: subject,
-            }));
-        scene.materials.push(Material {
+        let warnings = self.warnings.into_warnings(file.display());
+        Ok((validate_scene(self.scene)?, warnings))
+    }
+
+    /// Warns about the materials that were taken for glass.
+    fn warn_glass(&mut self) {
+        let is_glass = |material: &&Material| match &material.model {
+            MaterialModel::Physical(physical) => physical.may_transmit(),
+            _ => false,
+        };
+        let glass = self.scene.materials.iter().filter(is_glass).count();
+        if glass > 0 {
+            warn!(
+                self.warnings,
+                Conversion,
+                "{} taken for glass, by `illum` 4, 6, 7 or 9 and by `d`, `Tr`, `Tf` or a black `Kd`",
+                format_count(glass, "material")
+            );
+        }
+    }
+
+    /// Returns the name in the scene of a material, by its index and by whether vertex colours are
+    /// used. `label` is its name in the file.
+    fn convert_material(
+        &mut self,
+        key: (Option<usize>, bool),
+        label: &str,
+        library: &MaterialLibrary,
+    ) -> String {
+        if let Some(name) = self.materials.get(&key) {
+            return name.clone();
+        }
+        let grey = LibraryMaterial::default();
+        let source = library.find_material(label).unwrap_or_else(|| {
+            if key.0.is_some() {
+                warn!(
+                    self.warnings,
+                    Material,
+                    "material `{}` is in no material library; a grey material is used",
+                    sanitise_text(label)
+                );
+            }
+            &grey
+        });
+        let mut model = self.convert_physical(source);
+        model.vertex_colours = key.1;
+        let name = self.material_names.make_unique(label);
+        let unsupported = source.unsupported.iter().take(20);
+        let unread = unsupported.map(|key| UnsupportedProperty {
+            material: name.clone(),
+            label: format!("MTL {}", sanitise_text(key)),
+        });
+        self.scene.unread.extend(unread);
+        self.scene.materials.push(Material {
             name: name.clone(),
             model: MaterialModel::Physical(Box::new(model)),
         });
-        self.converted_names
-            .insert((number, coloured), name.clone());
+        self.materials.insert(key, name.clone());
         name
     }
 }

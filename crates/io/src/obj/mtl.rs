@@ -4,7 +4,7 @@
 //! rejects a whole library for a malformed line. Such lines are completed or dropped before
 //! parsing.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::lines::{
     Statement, decode_text, normalise_path, split_statements, strip_name_comment, takes_name,
@@ -13,7 +13,6 @@ use super::texture::{TextureStatement, image_candidates};
 use crate::folder::Folder;
 use crate::import::{Fault, ImportResult, Warnings, catch_invalid_input, sanitise_text};
 use crate::text::{has_decimal_comma, parse_number_prefix};
-use crate::warning::WarningCode;
 
 /// Materials of all libraries that an OBJ file names. Of two materials with the same name, the
 /// later applies.
@@ -29,6 +28,8 @@ pub(super) struct LibraryMaterial {
     /// Folder of the library, relative to the folder of the OBJ file. The text is empty or ends in
     /// `/`.
     pub folder: String,
+    /// Keys that are ignored although they would change the appearance.
+    pub unsupported: BTreeSet<String>,
 }
 
 /// Name of the material of faces without a material.
@@ -53,15 +54,17 @@ impl MaterialLibrary {
                 diffuse_texture: Some(image),
                 ..tobj::Material::default()
             };
-            library.add(source, "");
+            library.add(LibraryMaterial {
+                source,
+                ..LibraryMaterial::default()
+            });
             names.push(name);
         }
         (names, library)
     }
 
-    fn add(&mut self, source: tobj::Material, folder: &str) {
-        let (name, folder) = (source.name.clone(), folder.to_owned());
-        let material = LibraryMaterial { source, folder };
+    fn add(&mut self, material: LibraryMaterial) {
+        let name = material.source.name.clone();
         // The name in the OBJ file may lack a comment that follows the name in the library.
         if let Some((short, _)) = name.split_once(" # ") {
             let short = self.materials.entry(short.trim_end().to_owned());
@@ -83,19 +86,16 @@ impl MaterialLibrary {
 /// # Errors
 /// A fault of kind limit for an oversized library.
 pub(super) fn load(
-    names: &[String],
+    names: &[&str],
     folder: &Folder,
     warnings: &mut Warnings,
 ) -> ImportResult<MaterialLibrary> {
     let mut library = MaterialLibrary::default();
     let mut seen = HashSet::new();
-    for rest in names {
-        if !seen.insert(rest) {
-            continue;
-        }
+    for rest in names.iter().filter(|name| seen.insert(**name)) {
         for (path, bytes) in read_libraries(rest, folder, warnings)? {
             let place = path.rfind('/').map_or("", |end| &path[..=end]);
-            let text = repair_text(&decode_text(&bytes), warnings);
+            let text = decode_text(&bytes);
             // Images of unused materials are not read, but are the user's files too.
             split_statements(&text)
                 .filter(|statement| takes_name(statement.keyword) && statement.keyword != "newmtl")
@@ -103,16 +103,23 @@ pub(super) fn load(
                     image_candidates(place, &TextureStatement::parse(image.rest).path)
                 })
                 .for_each(|path| folder.record_reference(&path));
+            let (text, unsupported) = repair_text(&text, warnings);
             match tobj::load_mtl_buf(&mut text.as_bytes()) {
-                Ok((materials, _)) => materials
-                    .into_iter()
-                    .for_each(|material| library.add(material, place)),
-                Err(error) => warnings.add(
-                    WarningCode::Material,
-                    format!(
-                        "material library `{}` was not read ({error})",
-                        sanitise_text(&path)
-                    ),
+                Ok((materials, _)) => {
+                    for (source, unsupported) in materials.into_iter().zip(unsupported) {
+                        let folder = place.to_owned();
+                        library.add(LibraryMaterial {
+                            source,
+                            folder,
+                            unsupported,
+                        });
+                    }
+                }
+                Err(error) => warn!(
+                    warnings,
+                    Material,
+                    "material library `{}` was not read ({error})",
+                    sanitise_text(&path)
                 ),
             }
         }
@@ -142,86 +149,106 @@ fn read_libraries(
     for word in name.split_whitespace() {
         match read(word)? {
             Ok(library) => found.push(library),
-            Err(why) => warnings.add(WarningCode::Material, format!("material library: {why}")),
+            Err(why) => warn!(warnings, Material, "material library: {why}"),
         }
     }
     Ok(found)
 }
 
-/// Returns a library's text with incomplete statements completed, or dropped with a warning.
-fn repair_text(text: &str, warnings: &mut Warnings) -> String {
-    let mut out = String::with_capacity(text.len());
-    for statement in split_statements(text) {
-        match complete_statement(&statement) {
-            Some(line) => {
-                out.push_str(&line);
-                out.push('\n');
-            }
-            None => warnings.add(
-                WarningCode::Unsupported,
-                format!(
-                    "material library, line {}: `{} {}` could not be parsed and is ignored",
-                    statement.line,
-                    sanitise_text(statement.keyword),
-                    sanitise_text(statement.rest)
-                ),
-            ),
-        }
-    }
-    out
+/// Form of the text after a key of MTL.
+#[derive(Clone, Copy, PartialEq)]
+enum Form {
+    Name,
+    Color,
+    Number,
+    Whole,
+    Text,
+    /// A text that the importer ignores, although it changes the appearance.
+    Unsupported,
 }
 
-/// Keys of MTL in the spelling of the manual, which `tobj` and this importer expect; some programs
-/// write them in another letter case.
-const KEYS: [&str; 33] = [
-    "newmtl", "Ka", "Kd", "Ks", "Ke", "Kt", "Tf", "Tr", "d", "Ns", "Ni", "illum", "Pr", "Pm", "Ps",
-    "Pc", "Pcr", "aniso", "anisor", "norm", "bump", "disp", "decal", "refl", "map_Ka", "map_Kd",
-    "map_Ks", "map_Ke", "map_Ns", "map_d", "map_Bump", "map_Pr", "map_Pm",
+/// Keys of MTL by the form of their texts, in the spelling of the manual, which `tobj` and this
+/// importer expect; some programs write them in another letter case.
+const KEYS: [(Form, &[&str]); 6] = [
+    (Form::Name, &["newmtl"]),
+    (Form::Color, &["Ka", "Kd", "Ks", "Ke", "Tf"]),
+    (Form::Number, &["d", "Ns", "Ni", "Tr", "Pr", "Pm"]),
+    (Form::Whole, &["illum"]),
+    (
+        Form::Text,
+        &[
+            "Kt", "Ps", "Pc", "Pcr", "aniso", "anisor", "norm", "map_Ka", "map_Kd", "map_Ke",
+            "map_d", "map_Pr", "map_Pm",
+        ],
+    ),
+    (
+        Form::Unsupported,
+        &[
+            "bump", "disp", "decal", "refl", "map_Ks", "map_Ns", "map_bump",
+        ],
+    ),
 ];
 
-/// Returns a key in the spelling of the manual; an unknown key is unchanged.
-fn canonical_key(keyword: &str) -> &str {
-    KEYS.iter()
-        .find(|key| key.eq_ignore_ascii_case(keyword))
-        .copied()
-        .unwrap_or(keyword)
+/// Returns a library's text with incomplete statements completed, or dropped with a warning, and
+/// the unsupported keys of each material.
+fn repair_text(text: &str, warnings: &mut Warnings) -> (String, Vec<BTreeSet<String>>) {
+    let mut out = String::with_capacity(text.len());
+    let mut unsupported = Vec::new();
+    for Statement {
+        line,
+        keyword,
+        rest,
+        ..
+    } in split_statements(text)
+    {
+        let known = |key: &&str| key.eq_ignore_ascii_case(keyword);
+        let (form, key) = KEYS
+            .iter()
+            .find_map(|(form, keys)| Some((*form, *keys.iter().find(|key| known(key))?)))
+            .unwrap_or((Form::Unsupported, keyword));
+        let Some(rest) = complete_text(form, rest) else {
+            warn!(
+                warnings,
+                Unsupported,
+                "material library, line {line}: `{} {}` could not be parsed and is ignored",
+                sanitise_text(keyword),
+                sanitise_text(rest)
+            );
+            continue;
+        };
+        match form {
+            Form::Name => unsupported.push(BTreeSet::new()),
+            Form::Unsupported => {
+                if let Some(keys) = unsupported.last_mut() {
+                    keys.insert(key.to_owned());
+                }
+            }
+            _ => {}
+        }
+        out.extend([key, " ", &rest, "\n"]);
+    }
+    (out, unsupported)
 }
 
-/// Returns a statement in a form that `tobj` accepts, or `None` for a malformed statement.
-fn complete_statement(statement: &Statement) -> Option<String> {
-    let Statement { keyword, rest, .. } = *statement;
-    let keyword = canonical_key(keyword);
-    let numbers = || {
-        rest.split_whitespace()
-            .map_while(parse_number_prefix)
-            .map(|(word, _)| word)
-    };
-    match keyword {
+/// Returns the text of a key in a form that `tobj` accepts, or `None` for a malformed text.
+fn complete_text(form: Form, rest: &str) -> Option<String> {
+    let mut words = rest.trim_start_matches("-halo").split_whitespace();
+    let number = |word| parse_number_prefix(word).map(|(number, _)| number);
+    match form {
+        Form::Name if rest.is_empty() => Some("unnamed".to_owned()),
         // A number with a decimal comma, such as `0,8`, would be parsed up to the comma, as a grey
         // value.
-        "Ka" | "Kd" | "Ks" | "Ke" | "Tf" if rest.split_whitespace().any(has_decimal_comma) => None,
-        "newmtl" => Some(format!(
-            "newmtl {}",
-            if rest.is_empty() { "unnamed" } else { rest }
-        )),
-        "Ka" | "Kd" | "Ks" | "Ke" | "Tf" => {
+        Form::Color if words.clone().any(has_decimal_comma) => None,
+        Form::Color => {
             // "If only r is specified, then g and b are assumed to be equal to r."
-            let mut rgb = numbers().take(3).collect::<Vec<_>>();
-            let last = *rgb.last()?;
-            rgb.resize(3, last);
-            Some(format!("{keyword} {}", rgb.join(" ")))
+            let mut rgb: Vec<&str> = words.map_while(number).take(3).collect();
+            rgb.resize(3, rgb.last()?);
+            Some(rgb.join(" "))
         }
-        "d" => Some(format!(
-            "d {}",
-            parse_number_prefix(rest.trim_start_matches("-halo").split_whitespace().next()?)?.0
-        )),
-        "Ns" | "Ni" | "Tr" | "Pr" | "Pm" => Some(format!("{keyword} {}", numbers().next()?)),
-        "illum" => Some(format!(
-            "illum {}",
-            rest.split_whitespace().next()?.parse::<u8>().ok()?
-        )),
+        Form::Number => number(words.next()?).map(str::to_owned),
+        Form::Whole => words.next()?.parse::<u8>().ok().map(|n| n.to_string()),
         _ if rest.is_empty() => None,
-        _ => Some(format!("{keyword} {rest}")),
+        _ => Some(rest.to_owned()),
     }
 }
 
@@ -235,7 +262,7 @@ mod tests {
     fn incomplete_statements_do_no_harm() {
         let text = "newmtl\nKd 0.5\nnewmtl a b\nKe 1 2\nNs\nillum x\nd -halo 0.25\nKs spectral f\nmap_Kd\nTf 1f 2 3 4\n";
         let mut warnings = Warnings::default();
-        let safe = repair_text(text, &mut warnings);
+        let (safe, _) = repair_text(text, &mut warnings);
         let (materials, _) = tobj::load_mtl_buf(&mut safe.as_bytes()).unwrap();
         assert_eq!(warnings.into_warnings("f").len(), 4);
         let [unnamed, named] = materials.as_slice() else {
@@ -256,9 +283,8 @@ mod tests {
     #[test]
     fn keys_are_known_in_any_case() {
         let text = "NEWMTL a\nKD 0.25 0.5 1\nmap_kd x.png\nMAP_PR y.png\nillum 2\nXy 1\n";
-        let (materials, _) =
-            tobj::load_mtl_buf(&mut repair_text(text, &mut Warnings::default()).as_bytes())
-                .unwrap();
+        let (safe, unsupported) = repair_text(text, &mut Warnings::default());
+        let (materials, _) = tobj::load_mtl_buf(&mut safe.as_bytes()).unwrap();
         assert_eq!(materials[0].diffuse, Some([0.25, 0.5, 1.0]));
         assert_eq!(materials[0].diffuse_texture.as_deref(), Some("x.png"));
         let mut others: Vec<&str> = materials[0]
@@ -268,5 +294,6 @@ mod tests {
             .collect();
         others.sort_unstable();
         assert_eq!(others, ["Xy", "map_Pr"]);
+        assert_eq!(unsupported, [BTreeSet::from(["Xy".to_owned()])]);
     }
 }

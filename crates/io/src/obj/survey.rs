@@ -1,24 +1,20 @@
-//! First pass over an OBJ file. It checks every number and index, and rewrites the text into a
-//! subset of the format that the parser `tobj` reads correctly.
+//! First pass over an OBJ file: the faces' properties, and what `tobj` cannot read.
 //!
-//! `tobj` then parses numbers and merges equal vertices. From the original text, `tobj` would
-//! reject numbers of other programs, lose smoothing groups and the names of unknown materials,
-//! shift vertex colours when only some vertices have colours, take index 0 for "none", and compute
-//! with indices before checking their range; its errors name no line. The rewritten text has all
-//! vertices first. Then follows a group for each [`FaceGroup`], named by the run's index, with
-//! valid absolute indices.
-
-mod faces;
+//! A file that `tobj` reads correctly goes to it as it is, because every index was checked before.
+//! Otherwise a second pass writes the text again in a form that it reads. From the original text,
+//! `tobj` would reject numbers of other programs, shift vertex colours when only some vertices have
+//! colours, take long lines for faces, and merge faces with different properties to a mesh. It
+//! forgets smoothing groups and the names of materials, and its errors name no line.
 
 use std::collections::HashMap;
+use std::fmt::Write as _;
 
 use super::lines::{Statement, split_statements};
-use crate::import::{DecodeBudget, Fault, ImportResult, Warnings, sanitise_text};
+use crate::import::{DecodeBudget, Fault, FaultPlace, ImportResult, Warnings, sanitise_text};
 use crate::text::{not_a_number_fault, parse_number_prefix};
-use crate::warning::WarningCode;
 
-/// Source of the normals for a run of faces (faces with the same properties, see [`FaceGroup`]).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// Source of the normals for a run of faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NormalSource {
     /// Flat facets.
     Flat,
@@ -28,11 +24,10 @@ pub(super) enum NormalSource {
     Group(u32),
 }
 
-/// Properties that all faces of a run have in common. The faces of a run form a group of the
-/// rewritten text.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// Properties that all faces of a run have in common. `tobj` returns a model for each run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct FaceGroup {
-    /// Index into [`RewrittenObj::materials`]; `None` before the first `usemtl`.
+    /// Index into [`ObjSurvey::materials`]; `None` before the first `usemtl`.
     pub material: Option<usize>,
     /// Source of the normals.
     pub normal_source: NormalSource,
@@ -40,227 +35,398 @@ pub(super) struct FaceGroup {
     pub has_uvs: bool,
 }
 
-/// Result of the first pass.
-#[derive(Debug, Default)]
-pub(super) struct RewrittenObj {
-    /// The rewritten text.
-    pub text: String,
-    /// Properties of the runs of faces, by index; the index is the name of the run's group in the
-    /// rewritten text.
+/// References of faces to texture coordinates or normals that do not exist.
+struct MissingReferences {
+    /// Description of the first such reference.
+    first: String,
+    faces: usize,
+    last_line: usize,
+}
+
+/// Result of a pass, and its state.
+#[derive(Default)]
+pub(super) struct ObjSurvey<'a> {
     pub runs: Vec<FaceGroup>,
     /// Names of materials in order of first use.
     pub materials: Vec<String>,
     /// Text after each `mtllib`.
-    pub libraries: Vec<String>,
-}
-
-/// Number of positions, number of texture coordinates, number of normals.
-type VertexCounts = [usize; 3];
-
-/// State of the first pass.
-struct ObjRewriter<'s, 'a> {
-    survey: RewrittenObj,
-    warnings: &'s mut Warnings,
-    totals: VertexCounts,
-    counts: VertexCounts,
+    pub libraries: Vec<&'a str>,
+    /// Whether `tobj` reads the original text correctly.
+    pub is_healthy: bool,
+    /// Lines of the vertices and of the faces in the form that `tobj` reads. Empty in the first
+    /// pass.
+    pub mended: [String; 2],
+    is_mending: bool,
+    /// Number of positions, of texture coordinates and of normals in the file.
+    totals: [usize; 3],
+    /// The same up to the current line.
+    counts: [usize; 3],
+    corners: usize,
+    groups: usize,
     has_colours: bool,
     material: Option<usize>,
-    smoothing: u32,
     material_numbers: HashMap<&'a str, usize>,
-    run_numbers: HashMap<FaceGroup, usize>,
-    /// Text of the faces of each run, in the rewritten form.
-    faces: Vec<String>,
-    /// References to texture coordinates that do not exist, and to normals that do not exist.
-    dangling: [Option<DanglingReferences>; 2],
+    smoothing: u32,
+    /// Whether `tobj` starts a new model at the next face.
+    run_has_ended: bool,
+    /// References to missing texture coordinates, and to missing normals.
+    missing: [Option<MissingReferences>; 2],
 }
 
-/// References of faces to texture coordinates or normals that do not exist.
-struct DanglingReferences {
-    /// Description of the first such reference: line, corner and cause.
-    first: String,
-    faces: usize,
-}
+/// Names of the three kinds of vertex data, for messages.
+const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
-/// Runs the first pass over the text of an OBJ file.
-///
-/// # Errors
-/// A fault of kind input that names line and cause; of kind limit beyond any limit.
-pub(super) fn check_and_rewrite_obj(
-    text: &str,
-    budget: &mut DecodeBudget,
-    warnings: &mut Warnings,
-) -> ImportResult<RewrittenObj> {
-    let (totals, coloured, corners) = count_elements(text);
-    // The budget covers a second copy of the text, the data of `tobj` for each vertex and corner,
-    // and the resulting meshes.
-    budget.reserve_memory(text.len(), 2)?;
-    budget.reserve_memory(totals.iter().sum::<usize>(), 48)?;
-    budget.reserve_memory(corners, 128)?;
-    budget.reserve_triangles(corners)?;
-    let mut walk = ObjRewriter {
-        survey: RewrittenObj::default(),
-        warnings,
-        totals,
-        counts: [0; 3],
-        has_colours: coloured,
-        material: None,
-        smoothing: 0,
-        material_numbers: HashMap::new(),
-        run_numbers: HashMap::new(),
-        faces: Vec::new(),
-        dangling: [None, None],
-    };
-    for statement in split_statements(text) {
-        walk.read_statement(&statement)
-            .map_err(|fault| fault.with_place(format_args!("line {}", statement.line)))?;
+impl<'a> ObjSurvey<'a> {
+    /// Runs the first pass over the text of an OBJ file, or the second pass, which mends it.
+    ///
+    /// # Errors
+    /// A fault of kind input that names line and cause; of kind limit beyond any limit.
+    pub fn read(
+        text: &'a str,
+        is_mending: bool,
+        budget: &mut DecodeBudget,
+        warnings: &mut Warnings,
+    ) -> ImportResult<Self> {
+        let mut survey = Self {
+            is_mending,
+            is_healthy: true,
+            ..Self::default()
+        };
+        split_statements(text).for_each(|statement| survey.count_elements(&statement));
+        if is_mending {
+            budget.reserve_memory(text.len(), 2)?;
+        } else {
+            // The data of `tobj` for each vertex, corner and model, and the resulting meshes.
+            budget.reserve_memory(survey.totals.iter().sum::<usize>(), 48)?;
+            budget.reserve_memory(survey.corners, 128)?;
+            budget.reserve_memory(survey.groups, 512)?;
+            budget.reserve_triangles(survey.corners)?;
+        }
+        for statement in split_statements(text) {
+            survey
+                .read_statement(&statement, warnings)
+                .with_place(format_args!("line {}", statement.line))?;
+        }
+        let lost = survey.missing.iter().zip(KINDS.iter().skip(1));
+        let lost: Vec<String> = lost
+            .filter_map(|(missing, kind)| missing.as_ref().map(|missing| missing.describe(kind)))
+            .collect();
+        if !lost.is_empty() {
+            warn!(warnings, Geometry, "{}", lost.join("; "));
+        }
+        Ok(survey)
     }
-    let lost = walk
-        .dangling
-        .iter()
-        .zip(["texture coordinates", "normals"])
-        .filter_map(|(dangling, label)| {
-            let DanglingReferences { first, faces } = dangling.as_ref()?;
-            let whose = if *faces == 1 {
-                "1 face refers".to_owned()
-            } else {
-                format!("{faces} faces refer")
-            };
-            Some(format!(
-                "{first}; {whose} to {label} that the file does not have; these faces are shown without {label}"
-            ))
-        });
-    let lost: Vec<String> = lost.collect();
-    if !lost.is_empty() {
-        walk.warnings.add(WarningCode::Geometry, lost.join("; "));
-    }
-    let ObjRewriter {
-        mut survey, faces, ..
-    } = walk;
-    for (i, faces) in faces.iter().enumerate() {
-        survey.text.push_str(&format!("g {i}\n"));
-        survey.text.push_str(faces);
-    }
-    Ok(survey)
-}
 
-/// Returns the number of vertices of each kind, whether vertices have colours, and the total number
-/// of corners of all faces.
-fn count_elements(text: &str) -> (VertexCounts, bool, usize) {
-    let (mut counts, mut coloured, mut corners) = ([0; 3], false, 0);
-    for statement in split_statements(text) {
+    fn count_elements(&mut self, statement: &Statement<'_>) {
+        let words = || statement.rest.split_whitespace().count();
         match statement.keyword {
             "v" => {
-                counts[0] += 1;
-                coloured |= statement.rest.split_whitespace().count() >= 6;
+                self.totals[0] += 1;
+                self.has_colours |= words() >= 6;
             }
-            "vt" => counts[1] += 1,
-            "vn" => counts[2] += 1,
-            "f" | "fo" => corners += statement.rest.split_whitespace().count(),
+            "vt" => self.totals[1] += 1,
+            "vn" => self.totals[2] += 1,
+            "f" | "fo" => self.corners += words(),
+            "g" | "o" => self.groups += 1,
             _ => {}
         }
     }
-    (counts, coloured, corners)
-}
 
-impl<'a> ObjRewriter<'_, 'a> {
-    fn read_statement(&mut self, statement: &Statement<'a>) -> ImportResult<()> {
+    fn read_statement(
+        &mut self,
+        statement: &Statement<'a>,
+        warnings: &mut Warnings,
+    ) -> ImportResult<()> {
+        let rest = statement.rest;
         match statement.keyword {
-            "v" => self.read_position(statement.rest)?,
-            "vt" => self.read_vertex_attribute(1, "vt", statement.rest, 1..=2)?,
-            "vn" => self.read_vertex_attribute(2, "vn", statement.rest, 3..=3)?,
-            "f" | "fo" => self.read_face(statement)?,
+            "v" => self.read_vertex(0, statement)?,
+            "vt" => self.read_vertex(1, statement)?,
+            "vn" => self.read_vertex(2, statement)?,
+            "f" | "fo" => self.read_face(statement, warnings)?,
             "usemtl" => {
-                let next = self.material_numbers.len();
-                let number = *self.material_numbers.entry(statement.rest).or_insert(next);
+                let next = self.materials.len();
+                let number = *self.material_numbers.entry(rest).or_insert(next);
                 if number == next {
-                    self.survey.materials.push(statement.rest.to_owned());
+                    self.materials.push(rest.to_owned());
                 }
                 self.material = Some(number);
             }
             // The statement is `s off`, `s 0`, or `s` and the number of a smoothing group; any
             // other text names a group too.
-            "s" => {
-                self.smoothing = if matches!(statement.rest, "off" | "") {
-                    0
-                } else {
-                    statement.rest.parse().unwrap_or(u32::MAX)
-                }
+            "s" if matches!(rest, "off" | "") => self.smoothing = 0,
+            "s" => self.smoothing = rest.parse().unwrap_or(u32::MAX),
+            "mtllib" => self.libraries.push(rest),
+            "o" | "g" => self.run_has_ended = !self.is_mending,
+            "l" | "p" => {
+                self.is_healthy = false;
+                warn!(warnings, PointsAndLines, "points and lines are ignored");
             }
-            "mtllib" => self.survey.libraries.push(statement.rest.to_owned()),
-            "o" | "g" => {}
-            "l" | "p" => self
-                .warnings
-                .add(WarningCode::PointsAndLines, "points and lines are ignored"),
-            other => self.warnings.add(
-                WarningCode::Unsupported,
-                format!("statements `{}` are ignored", sanitise_text(other)),
+            other => warn!(
+                warnings,
+                Unsupported,
+                "statements `{}` are ignored",
+                sanitise_text(other)
             ),
         }
         Ok(())
     }
 
-    /// Reads a vertex position: `v x y z`, with a weight that divides the coordinates (4 numbers),
-    /// or with a colour (6 numbers, or 7 with an ignored alpha).
-    fn read_position(&mut self, rest: &str) -> ImportResult<()> {
-        let mut words = Vec::with_capacity(8);
-        for word in rest.split_whitespace().take(8) {
-            words.push(parse_number_prefix(word).ok_or_else(|| not_a_number_fault("v", word))?);
+    /// Reads a position, a texture coordinate or a normal. A position may have a weight that
+    /// divides its coordinates (4 numbers), or a colour (6 numbers, or 7 with an ignored alpha). The
+    /// second texture coordinate may be missing.
+    fn read_vertex(&mut self, kind: usize, statement: &Statement<'a>) -> ImportResult<()> {
+        let Statement { keyword, rest, .. } = *statement;
+        let most = [8, 2, 3][kind];
+        let (mut words, mut weight) = (Vec::with_capacity(8), 0.0);
+        for word in rest.split_whitespace().take(most) {
+            let number = parse_number_prefix(word);
+            let (number, value) = number.ok_or_else(|| not_a_number_fault(keyword, word))?;
+            self.is_healthy &= number == word;
+            words.push(number);
+            weight = value;
         }
-        let weighted = words.len() == 4
-            && words.last().is_some_and(|weight| weight.1 != 0.0)
-            && !self.has_colours;
-        let kept = match words.len() {
-            4 if weighted => 4,
-            3 | 4 => 3,
-            6 | 7 => 6,
-            n => {
-                return Err(Fault::invalid_input(format!(
-                    "v: has {n} numbers, but needs 3 coordinates, optionally followed by a weight or by a colour of 3 numbers"
-                )));
+        let found = words.len();
+        match (kind, found) {
+            (0, 4) if weight != 0.0 && !self.has_colours => {}
+            (0, 3 | 4) => words.truncate(3),
+            (0, 6 | 7) => words.truncate(6),
+            (1, 1 | 2) => words.resize(2, "0"),
+            (2, 3) => {}
+            _ => {
+                let needs = [
+                    "3 coordinates, optionally followed by a weight or by a colour of 3 numbers",
+                    "2",
+                    "3",
+                ];
+                return Err(fault!(
+                    "{keyword}: has {found} numbers, but needs {}",
+                    needs[kind]
+                ));
             }
-        };
-        self.counts[0] += 1;
-        self.survey.text.push('v');
-        for (word, _) in words.iter().take(kept) {
-            self.survey.text.push(' ');
-            self.survey.text.push_str(word);
         }
-        if self.has_colours && kept < 6 {
+        if kind == 0 && self.has_colours && words.len() == 3 {
             // NaN stands for white. No scale of the other colours changes NaN.
-            self.survey.text.push_str(" nan nan nan");
+            words.resize(6, "nan");
         }
-        self.survey.text.push('\n');
+        self.counts[kind] += 1;
+        // From a comment behind a weight, tobj takes channels of a colour.
+        self.is_healthy &= words.len() == found && !statement.has_comment;
+        if self.is_mending {
+            self.write(0, format_args!("{keyword} {}\n", words.join(" ")));
+        }
         Ok(())
     }
 
-    /// Reads a texture coordinate or a normal; optional numbers default to zero.
-    fn read_vertex_attribute(
+    /// Writes to the mended text, in the second pass.
+    fn write(&mut self, part: usize, text: core::fmt::Arguments<'_>) {
+        if self.is_mending {
+            // Writing to a string cannot fail.
+            let _ = self.mended[part].write_fmt(text);
+        }
+    }
+
+    /// Reads a face, and starts a run if the face's properties are not those of the face before.
+    fn read_face(
         &mut self,
-        kind: usize,
-        keyword: &str,
-        rest: &str,
-        numbers: std::ops::RangeInclusive<usize>,
+        statement: &Statement<'a>,
+        warnings: &mut Warnings,
     ) -> ImportResult<()> {
-        self.survey.text.push_str(keyword);
-        let mut found = 0;
-        for word in rest.split_whitespace().take(*numbers.end()) {
-            let (word, _) =
-                parse_number_prefix(word).ok_or_else(|| not_a_number_fault(keyword, word))?;
-            self.survey.text.push(' ');
-            self.survey.text.push_str(word);
-            found += 1;
+        let mut corners = Vec::with_capacity(4);
+        for word in statement.rest.split_whitespace() {
+            let place =
+                |fault: Fault| fault.with_place(format_args!("f: `{}`", sanitise_text(word)));
+            corners.push(self.read_corner(word, statement.line).map_err(place)?);
         }
-        if !numbers.contains(&found) {
-            return Err(Fault::invalid_input(format!(
-                "{keyword}: has {found} numbers, but needs {}",
-                numbers.end()
-            )));
+        self.is_healthy &= statement.keyword == "f" && corners.len() >= 3;
+        if corners.len() < 3 {
+            warn!(
+                warnings,
+                Geometry, "faces with fewer than three corners are ignored"
+            );
+            return Ok(());
         }
-        self.survey
-            .text
-            .push_str(&" 0".repeat(numbers.end() - found));
-        self.survey.text.push('\n');
-        self.counts[kind] += 1;
+        let [has_uvs, has_normals] = [1, 2].map(|kind| {
+            let is_given = |corner: &[usize; 3]| corner[kind] > 0;
+            let all = corners.iter().all(is_given);
+            self.is_healthy &= all || !corners.iter().any(is_given);
+            all
+        });
+        let run = FaceGroup {
+            material: self.material,
+            normal_source: match self.smoothing {
+                _ if has_normals => NormalSource::FromFile,
+                0 => NormalSource::Flat,
+                group => NormalSource::Group(group),
+            },
+            has_uvs,
+        };
+        if self.run_has_ended || self.runs.last() != Some(&run) {
+            self.is_healthy &= self.run_has_ended || self.runs.is_empty();
+            self.run_has_ended = false;
+            self.runs.push(run);
+            self.write(1, format_args!("g\n"));
+        }
+        self.write(1, format_args!("f"));
+        for [position, uv, normal] in corners {
+            match (has_uvs, has_normals) {
+                (true, true) => self.write(1, format_args!(" {position}/{uv}/{normal}")),
+                (true, false) => self.write(1, format_args!(" {position}/{uv}")),
+                (false, true) => self.write(1, format_args!(" {position}//{normal}")),
+                (false, false) => self.write(1, format_args!(" {position}")),
+            }
+        }
+        self.write(1, format_args!("\n"));
         Ok(())
+    }
+
+    /// Reads the indices of a corner, absolute from 1; a negative index counts backwards from the
+    /// latest vertex. A missing texture coordinate or normal is 0: some programs write 0, or indices
+    /// of lines that they omit, and only detail is lost.
+    fn read_corner(&mut self, word: &str, line: usize) -> ImportResult<[usize; 3]> {
+        let mut corner = [0; 3];
+        for (kind, part) in word.split('/').enumerate() {
+            if kind > 2 {
+                return Err(fault!(
+                    "has more than three indices (position/texture coordinate/normal)"
+                ));
+            }
+            if kind > 0 && part.is_empty() {
+                continue;
+            }
+            let index: i64 = part
+                .parse()
+                .map_err(|_| fault!("`{}` is no whole number", sanitise_text(part)))?;
+            let (count, total) = (self.counts[kind], self.totals[kind]);
+            let absolute = match usize::try_from(index) {
+                Ok(index) => index,
+                Err(_) => (count + 1).saturating_sub(index.unsigned_abs() as usize),
+            };
+            self.is_healthy &= (1..=count).contains(&absolute);
+            if (1..=total).contains(&absolute) {
+                corner[kind] = absolute;
+                continue;
+            }
+            if (kind, index) == (0, 0) {
+                return Err(fault!("index 0 is not allowed: indices start at 1"));
+            }
+            let reason = format!(
+                "refers to {} {index}, but the file has {total}",
+                KINDS[kind]
+            );
+            if kind == 0 {
+                return Err(Fault::invalid_input(reason));
+            }
+            let missing = self.missing[kind - 1].get_or_insert_with(|| MissingReferences {
+                first: format!("line {line}: f: `{}`: {reason}", sanitise_text(word)),
+                faces: 0,
+                last_line: 0,
+            });
+            missing.faces += usize::from(missing.last_line != line);
+            missing.last_line = line;
+        }
+        Ok(corner)
+    }
+}
+
+impl MissingReferences {
+    fn describe(&self, kind: &str) -> String {
+        let faces = match self.faces {
+            1 => "1 face refers".to_owned(),
+            faces => format!("{faces} faces refer"),
+        };
+        format!(
+            "{}; {faces} to {kind}s that the file does not have; these faces are shown without {kind}s",
+            self.first
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{mesh, parse_obj};
+    use super::*;
+    use crate::Limits;
+
+    fn survey(text: &str, is_mending: bool) -> ObjSurvey<'_> {
+        let mut budget = DecodeBudget::new(&Limits::default());
+        ObjSurvey::read(text, is_mending, &mut budget, &mut Warnings::default()).expect(text)
+    }
+
+    const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 1\nvn 0 0 1\n";
+
+    /// Protects: a file that `tobj` reads correctly goes to it as it is, and the mended text has the
+    /// same faces.
+    #[test]
+    fn healthy_texts_are_not_written_again() {
+        for faces in [
+            "f 1 2 3\nf 1 2 3 4\n",
+            "# a comment\no x\ns 1\nf 1/1/1 2/2/1 3/1/1\n",
+            "usemtl Material #1\nf 1//1 2//1 3//1\ng a\nusemtl b\nf -4 -3 -2\ng\ng c\nf 1 2 3\n",
+            "s off\nf 1/1 2/2 3/2\no b # c\ns 3\nf 2 3 4\nvp 1\n",
+        ] {
+            let text = format!("{CORNERS}{faces}");
+            let (healthy, mended) = (survey(&text, false), survey(&text, true));
+            assert!(healthy.is_healthy, "{faces}");
+            let meshes = |runs: Vec<FaceGroup>, text: &str| {
+                let models = parse_obj(text).expect(text);
+                let meshes = mesh::build_meshes(runs, models, &mut Warnings::default());
+                let corners = |(material, data): super::super::MaterialMesh| {
+                    let corner = |&i: &u32| {
+                        let i = i as usize;
+                        let uv = data.uvs.first().map(|set| set[i]);
+                        (
+                            data.positions.offsets()[i],
+                            uv,
+                            data.normals.get(i).copied(),
+                        )
+                    };
+                    let indices = data.indices.as_flattened();
+                    (material, indices.iter().map(corner).collect::<Vec<_>>())
+                };
+                meshes
+                    .expect(text)
+                    .into_iter()
+                    .map(corners)
+                    .collect::<Vec<_>>()
+            };
+            let expected = meshes(healthy.runs, &text);
+            assert!(
+                !expected.is_empty() && expected.iter().all(|(_, corners)| !corners.is_empty())
+            );
+            assert_eq!(
+                meshes(mended.runs, &mended.mended.concat()),
+                expected,
+                "{faces}"
+            );
+        }
+    }
+
+    /// Protects: whatever `tobj` would misread in silence is mended: mixed corners, faces of two
+    /// materials or smoothing groups in one group, lines, colours of some vertices, missing and
+    /// later vertices.
+    #[test]
+    fn texts_that_tobj_misreads_are_mended() {
+        for rest in [
+            "f 1/1 2 3\n",
+            "f 1//1 2//1 3//1\nf 1 2 3\n",
+            "usemtl a\nf 1 2 3\nusemtl b\nf 2 3 4\n",
+            "s 1\nf 1 2 3\ns 2\nf 2 3 4\n",
+            "l 1 2 3\nf 1 2 3\n",
+            "f 1 2\nf 1 2 3\n",
+            "fo 1 2 3\n",
+            "f 1/0 2/1 3/1\n",
+            "f 1/3 2/1 3/1\n",
+            "f 1 2 5\nv 1 1 1\n",
+            "v 1 1 1 0.5 0.5 0.5\nf 1 2 3\n",
+            "v 1 1 1 2 # w\nf 1 2 5\n",
+            "v 1f 1 1\nf 1 2 5\n",
+            "vt 0.5\nf 1 2 3\n",
+        ] {
+            let text = format!("{CORNERS}{rest}");
+            assert!(!survey(&text, false).is_healthy, "{rest}");
+            let mended = survey(&text, true);
+            let models = parse_obj(&mended.mended.concat()).expect(rest);
+            assert_eq!(models.len(), mended.runs.len(), "{rest}");
+        }
     }
 }

@@ -2,20 +2,15 @@
 
 use std::collections::{HashMap, HashSet};
 
-use raywright_core::Scene;
 use raywright_core::scene::{
     Colour, ColourSpace, Image, Texture, TextureFilter, TextureRef, WrapMode,
 };
 
-use super::lines::{normalise_path, split_first_word, strip_name_comment};
-use crate::folder::Folder;
+use super::SceneBuilder;
+use super::lines::{normalise_path, strip_name_comment};
 use crate::image_decode_queue::ImageDecodeQueue;
-use crate::import::{
-    DecodeBudget, Fault, ImportResult, UniqueNames, Warnings, catch_invalid_input,
-};
-use crate::text::parse_number_prefix;
-use crate::warning::WarningCode;
-use crate::{Limits, image_file};
+use crate::image_file;
+use crate::import::{Fault, FaultPlace, ImportResult, UniqueNames, catch_invalid_input};
 
 /// A parsed texture statement of MTL: the path of the image, and the options.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,7 +48,7 @@ const OPTIONS: [(&str, usize); 15] = [
 ];
 
 impl TextureStatement {
-    /// Parses `[options] file name [options]`; the name may contain blanks.
+    /// Parses a file name, which may contain blanks, with options before or after the name.
     pub fn parse(text: &str) -> Self {
         let mut map = Self {
             path: String::new(),
@@ -62,80 +57,49 @@ impl TextureStatement {
             offset: [0.0; 2],
             bump: 1.0,
         };
-        let mut rest = text.trim();
-        while let Some(after) = map.parse_option(rest) {
-            rest = after;
+        let mut name = String::new();
+        let mut words = text.split_inclusive(char::is_whitespace).peekable();
+        while let Some(word) = words.next() {
+            let option = OPTIONS.iter().find(|(option, _)| *option == word.trim());
+            let Some((option, count)) = option else {
+                name.push_str(word);
+                continue;
+            };
+            let mut arguments = Vec::new();
+            while let Some(word) = words.next_if(|word| {
+                let word = word.trim();
+                word.is_empty()
+                    || arguments.len() < *count
+                    || (*count == 0 && arguments.len() < 3 && word.parse::<f64>().is_ok())
+            }) {
+                arguments.extend(Some(word.trim()).filter(|word| !word.is_empty()));
+            }
+            map.set_option(option, &arguments);
         }
-        // Some programs write options after the name.
-        let option = |at: &usize| {
-            rest.get(*at..).is_some_and(|tail| {
-                OPTIONS
-                    .iter()
-                    .any(|(name, _)| split_first_word(tail).0 == *name)
-            })
-        };
-        let end = rest
-            .match_indices(" -")
-            .map(|(position, _)| position + 1)
-            .find(option)
-            .unwrap_or(rest.len());
-        let (path, mut tail) = rest.split_at(end);
-        while let Some(after) = map.parse_option(tail) {
-            tail = after;
-        }
-        map.path = normalise_path(path);
+        map.path = normalise_path(&name);
         map
     }
 
-    /// Parses an option and returns the text after the option; `None` if the text starts with no
-    /// option.
-    fn parse_option<'t>(&mut self, text: &'t str) -> Option<&'t str> {
-        let (name, mut rest) = split_first_word(text);
-        let (_, words) = OPTIONS.iter().find(|(option, _)| *option == name)?;
-        let mut numbers = Vec::new();
-        for _ in 0..if *words == 0 { 3 } else { *words } {
-            let (word, after) = split_first_word(rest);
-            let value = word
-                .parse::<f64>()
-                .ok()
-                .filter(|_| parse_number_prefix(word).is_some());
-            if *words == 0 && value.is_none() {
-                break;
-            }
-            numbers.extend(value);
-            if name == "-clamp" {
-                self.clamp = word == "on";
-            }
-            rest = after;
-        }
-        let pair = |missing: f64| {
-            [
-                numbers.first().copied().unwrap_or(missing),
-                numbers.get(1).copied().unwrap_or(missing),
-            ]
+    fn set_option(&mut self, option: &str, arguments: &[&str]) {
+        let number = |i: usize, missing: f64| {
+            let number = arguments.get(i).and_then(|word| word.parse().ok());
+            number.filter(|x: &f64| x.is_finite()).unwrap_or(missing)
         };
-        match name {
-            "-s" => self.scale = pair(1.0),
-            "-o" => self.offset = pair(0.0),
-            "-bm" => {
-                self.bump = numbers
-                    .first()
-                    .copied()
-                    .filter(|x| x.is_finite())
-                    .unwrap_or(1.0)
-            }
+        match option {
+            "-s" => self.scale = [number(0, 1.0), number(1, 1.0)],
+            "-o" => self.offset = [number(0, 0.0), number(1, 0.0)],
+            "-bm" => self.bump = number(0, 1.0),
+            "-clamp" => self.clamp = arguments == ["on"],
             _ => {}
         }
-        Some(rest)
     }
 
     /// Returns the first two rows of the matrix that transforms the texture coordinates; `None` for
     /// the identity. The coordinate v counts from the top of the image.
     fn uv_transform(&self) -> Option<[[f64; 3]; 2]> {
         let ([su, sv], [ou, ov]) = (self.scale, self.offset);
-        let finite = [su, sv, ou, ov].iter().all(|x| x.is_finite());
         // v' = 1 − (sv·(1 − v) + ov)
-        (finite && (self.scale != [1.0; 2] || self.offset != [0.0; 2]))
+        (self.scale != [1.0; 2] || self.offset != [0.0; 2])
             .then_some([[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]])
     }
 }
@@ -152,10 +116,9 @@ pub(super) fn image_candidates(library: &str, path: &str) -> Vec<String> {
     paths
 }
 
-/// Reads the images that the materials of a file use, and creates their textures.
-pub(super) struct TextureLoader<'f> {
-    folder: &'f Folder,
-    limits: &'f Limits,
+/// Names of the images and textures of a scene.
+#[derive(Default)]
+pub(super) struct TextureNames {
     /// Paths of the images that were read, by folder of the library and path in its statement.
     images: HashMap<(String, String), String>,
     /// Names of the textures, by path of the image, by whether the image holds colours, and by
@@ -164,45 +127,32 @@ pub(super) struct TextureLoader<'f> {
     names: UniqueNames,
 }
 
-impl<'f> TextureLoader<'f> {
-    /// Creates a loader that has not read any image.
-    pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
-        Self {
-            folder,
-            limits,
-            images: HashMap::new(),
-            textures: HashMap::new(),
-            names: UniqueNames::default(),
-        }
-    }
-
+impl SceneBuilder<'_> {
     /// Reads and decodes the images of all statements, each with the folder of its library, before
     /// any material is created, because a material depends on whether its images exist. An
     /// unreadable image is a warning.
     ///
     /// # Errors
     /// A fault of kind limit for an oversized image.
-    pub fn load<'s>(
+    pub fn load_images<'s>(
         &mut self,
         statements: impl Iterator<Item = (&'s str, &'s str)>,
-        scene: &mut Scene,
-        budget: &mut DecodeBudget,
-        warnings: &mut Warnings,
     ) -> ImportResult<()> {
         let mut waiting = ImageDecodeQueue::default();
-        let warn = |reason: String| format!("texture: {reason}; the texture is left out");
+        let mut errors = Vec::new();
         let (mut requested, mut accepted) = (HashSet::new(), HashSet::new());
         for (library, statement) in statements {
             let key = (library.to_owned(), TextureStatement::parse(statement).path);
             if !requested.insert(key.clone()) {
                 continue;
             }
-            match self.read_image(library, &key.1, &accepted, budget)? {
+            match self.read_image(library, &key.1, &accepted)? {
                 Ok((path, bytes)) => {
-                    self.images.insert(key, path.clone());
+                    self.textures.images.insert(key, path.clone());
                     if accepted.insert(path.clone()) {
-                        waiting.add_image(scene.images.len(), format!("`{path}`"), bytes.into());
-                        scene.images.push(Image {
+                        let images = &mut self.scene.images;
+                        waiting.add_image(images.len(), format!("`{path}`"), bytes.into());
+                        images.push(Image {
                             name: path.clone(),
                             path,
                             data: None,
@@ -210,21 +160,25 @@ impl<'f> TextureLoader<'f> {
                         });
                     }
                 }
-                Err(reason) => warnings.add(WarningCode::Picture, warn(reason)),
+                Err(reason) => errors.push(reason),
             }
         }
-        let report = waiting.decode_images(&mut scene.images, self.limits, &|| {})?;
-        report
-            .errors
-            .into_iter()
-            .for_each(|reason| warnings.add(WarningCode::Picture, warn(reason)));
-        report
-            .remarks
-            .into_iter()
-            .for_each(|(code, remark)| warnings.add(code, format!("texture: {remark}")));
-        scene.images.retain(|image| image.data.is_some());
-        let decoded: HashSet<&str> = scene.images.iter().map(|image| &*image.path).collect();
-        self.images.retain(|_, path| decoded.contains(&**path));
+        let report = waiting.decode_images(&mut self.scene.images, self.limits, &|| {})?;
+        for reason in errors.into_iter().chain(report.errors) {
+            warn!(
+                self.warnings,
+                Picture, "texture: {reason}; the texture is left out"
+            );
+        }
+        for (code, remark) in report.remarks {
+            self.warnings.add(code, format!("texture: {remark}"));
+        }
+        self.scene.images.retain(|image| image.data.is_some());
+        let images = self.scene.images.iter();
+        let decoded: HashSet<&str> = images.map(|image| &*image.path).collect();
+        self.textures
+            .images
+            .retain(|_, path| decoded.contains(&**path));
         Ok(())
     }
 
@@ -232,11 +186,10 @@ impl<'f> TextureLoader<'f> {
     /// image and its bytes, which are empty for an image that is `accepted` already; or the reason
     /// why the first candidate cannot be read.
     fn read_image(
-        &self,
+        &mut self,
         library: &str,
         path: &str,
         accepted: &HashSet<String>,
-        budget: &mut DecodeBudget,
     ) -> ImportResult<Result<(String, Vec<u8>), String>> {
         let mut failure = None;
         for path in image_candidates(library, path) {
@@ -245,8 +198,8 @@ impl<'f> TextureLoader<'f> {
             }
             let read = self.folder.read(&path).map_err(Fault::from);
             let read = read.and_then(|bytes| {
-                image_file::reserve_picture_memory(&bytes, self.limits, budget)
-                    .map_err(|fault| fault.with_place(format_args!("`{path}`")))?;
+                image_file::reserve_picture_memory(&bytes, self.limits, &mut self.budget)
+                    .with_place(format_args!("`{path}`"))?;
                 Ok(bytes)
             });
             match catch_invalid_input(read)? {
@@ -264,30 +217,32 @@ impl<'f> TextureLoader<'f> {
         library: &str,
         statement: &str,
         space: ColourSpace,
-        scene: &mut Scene,
     ) -> Option<TextureRef> {
         let map = TextureStatement::parse(statement);
-        let image = self.images.get(&(library.to_owned(), map.path.clone()))?;
-        let wrap = if map.clamp {
-            WrapMode::Clamp
-        } else {
-            WrapMode::Repeat
+        let uv_transform = map.uv_transform();
+        let TextureNames {
+            images,
+            textures,
+            names,
+        } = &mut self.textures;
+        let image = images.get(&(library.to_owned(), map.path))?;
+        let wrap = match map.clamp {
+            true => WrapMode::Clamp,
+            false => WrapMode::Repeat,
         };
         let key = (image.clone(), space == ColourSpace::Srgb, map.clamp);
-        let name = self.textures.entry(key).or_insert_with(|| {
-            let name = self.names.make_unique(image);
-            let texture = Texture {
+        let name = textures.entry(key).or_insert_with(|| {
+            let name = names.make_unique(image);
+            self.scene.textures.push(Texture {
                 name: name.clone(),
                 image: image.clone(),
                 colour_space: space,
                 filter: TextureFilter::Bilinear,
                 wrap_u: wrap,
                 wrap_v: wrap,
-            };
-            scene.textures.push(texture);
+            });
             name
         });
-        let uv_transform = map.uv_transform();
         Some(TextureRef {
             name: name.clone(),
             uv_set: 0,

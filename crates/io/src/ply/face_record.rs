@@ -3,7 +3,7 @@
 use super::header::{NumberType, PlyElement, PlyProperty};
 use super::values::ValueStream;
 use super::vertices::colour_channel;
-use crate::import::{DecodeBudget, Fault, ImportResult};
+use crate::import::{DecodeBudget, ImportResult};
 
 /// Meaning of a property of faces, by the name of the property.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,9 +127,9 @@ impl FaceRecord {
                                 self.corners.push(value as i64)
                             }
                             FacePropertyRole::Corners => {
-                                return Err(Fault::invalid_input(format!(
+                                return Err(fault!(
                                     "{name}: the vertex index {value} is no whole number"
-                                )));
+                                ));
                             }
                             _ => self.coordinates.push(value as f32),
                         }

@@ -9,7 +9,6 @@ use super::values::ValueStream;
 use super::vertices::{PlyVertices, VertexColours, flip_v};
 use crate::import::{DecodeBudget, Fault, ImportResult, Warnings};
 use crate::polygon::EarClipper;
-use crate::warning::WarningCode;
 
 /// Value of the property `texnumber` for a face without an image. Used also for all faces if the
 /// file has no such property.
@@ -170,9 +169,9 @@ impl PlyFaces {
             .iter()
             .find(|&&corner| corner as usize >= count);
         match beyond {
-            Some(vertex) => Err(Fault::invalid_input(format!(
+            Some(vertex) => Err(fault!(
                 "a face refers to vertex {vertex}, but the file has {count} vertices, counted from 0"
-            ))),
+            )),
             None => Ok(()),
         }
     }
@@ -196,9 +195,9 @@ impl PlyFaces {
                 .get(start..start + arity as usize)
                 .unwrap_or_default();
             if corners.len() < 3 {
-                warnings.add(
-                    WarningCode::Geometry,
-                    "faces with fewer than three corners are ignored",
+                warn!(
+                    warnings,
+                    Geometry, "faces with fewer than three corners are ignored"
                 );
             }
             clipper.reserve_memory(corners.len(), budget)?;
@@ -296,11 +295,8 @@ impl PlyFaces {
 
 /// Converts the vertex index of a corner. A negative index, and an index beyond 32 bits, is refused.
 fn vertex_index(corner: i64) -> ImportResult<u32> {
-    u32::try_from(corner).map_err(|_| {
-        Fault::invalid_input(format!(
-            "the vertex index {corner} is negative or above 4294967295"
-        ))
-    })
+    u32::try_from(corner)
+        .map_err(|_| fault!("the vertex index {corner} is negative or above 4294967295"))
 }
 
 /// Returns a mesh of these triangles with the vertices of the file.

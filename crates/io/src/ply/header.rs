@@ -1,7 +1,6 @@
 //! Header of a PLY file: ASCII lines that list the elements in order, with their properties.
 
-use crate::import::{Fault, ImportResult, Warnings, sanitise_text};
-use crate::warning::WarningCode;
+use crate::import::{Fault, FaultPlace, ImportResult, Warnings, sanitise_text};
 
 /// Largest number of elements, of properties per element and of images. No real file has as many,
 /// and their memory is small.
@@ -136,36 +135,26 @@ pub(super) fn read_header(bytes: &[u8], warnings: &mut Warnings) -> ImportResult
             .get(..rest.len().min(MAX_LINE_BYTES))
             .unwrap_or_default();
         let length = window.windows(end.len()).position(|part| part == end);
-        let length = length.ok_or_else(|| {
-            Fault::invalid_input(format!(
-                "line {}: the header has no end_header",
-                header.lines + 1
-            ))
-        })?;
+        let length = length
+            .ok_or_else(|| fault!("line {}: the header has no end_header", header.lines + 1))?;
         let line = String::from_utf8_lossy(&window[..length]);
         (header.bytes, header.lines) = (header.bytes + length + end.len(), header.lines + 1);
         let number = header.lines;
         match line.trim_ascii() {
             "ply" if number == 1 => {}
             _ if number == 1 => {
-                return Err(Fault::invalid_input(
-                    "is no PLY file: it does not begin with `ply`",
-                ));
+                return Err(fault!("is no PLY file: it does not begin with `ply`"));
             }
             "end_header" => break,
             line => header
                 .read_line(line, &mut format, &mut unknown_line)
-                .map_err(|fault| fault.with_place(format_args!("line {number}")))?,
+                .with_place(format_args!("line {number}"))?,
         }
     }
-    header.encoding =
-        format.ok_or_else(|| Fault::invalid_input("its header has no `format` line"))?;
+    header.encoding = format.ok_or_else(|| fault!("its header has no `format` line"))?;
     match unknown_line {
         Some(line) if header.elements.is_empty() => return Err(Fault::invalid_input(line)),
-        Some(line) => warnings.add(
-            WarningCode::Format,
-            format!("{line}; such lines are read as comments"),
-        ),
+        Some(line) => warn!(warnings, Format, "{line}; such lines are read as comments"),
         None => {}
     }
     Ok(header)
@@ -183,19 +172,19 @@ fn resembles_declaration(words: &[&str]) -> bool {
 
 fn parse_encoding(name: &str, version: &str) -> ImportResult<PlyEncoding> {
     if version != "1.0" {
-        return Err(Fault::invalid_input(format!(
+        return Err(fault!(
             "is PLY version {}, but only version 1.0 is supported",
             sanitise_text(version)
-        )));
+        ));
     }
     match name {
         "ascii" => Ok(PlyEncoding::Ascii),
         "binary_little_endian" => Ok(PlyEncoding::LittleEndian),
         "binary_big_endian" => Ok(PlyEncoding::BigEndian),
-        _ => Err(Fault::invalid_input(format!(
+        _ => Err(fault!(
             "the format `{}` is none of ascii, binary_little_endian and binary_big_endian",
             sanitise_text(name)
-        ))),
+        )),
     }
 }
 
@@ -239,16 +228,16 @@ impl PlyHeader {
 
     fn add_element(&mut self, name: &str, count: &str) -> ImportResult<()> {
         let count = count.parse().map_err(|_| {
-            Fault::invalid_input(format!(
+            fault!(
                 "the number of elements is `{}`, but must be a whole number",
                 sanitise_text(count)
-            ))
+            )
         })?;
         if self.elements.iter().any(|element| element.name == name) {
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "the element `{}` is declared twice",
                 sanitise_text(name)
-            )));
+            ));
         }
         if self.elements.len() >= MAX_DECLARATIONS {
             return Err(Fault::over_limit(format!(
@@ -267,40 +256,40 @@ impl PlyHeader {
         let element = self
             .elements
             .last_mut()
-            .ok_or_else(|| Fault::invalid_input("a property stands before the first element"))?;
+            .ok_or_else(|| fault!("a property stands before the first element"))?;
         let number = |name: &str| {
             NumberType::from_name(name).ok_or_else(|| {
-                Fault::invalid_input(format!(
+                fault!(
                     "`{}` is not a number type of PLY, such as int, uchar or float",
                     sanitise_text(name)
-                ))
+                )
             })
         };
         let (name, count, number) = match *words {
             ["list", count, item, name] => (name, Some(number(count)?), number(item)?),
             [kind, name] => (name, None, number(kind)?),
             _ => {
-                return Err(Fault::invalid_input(
-                    "expected `property TYPE NAME` or `property list COUNT_TYPE ITEM_TYPE NAME`",
+                return Err(fault!(
+                    "expected `property TYPE NAME` or `property list COUNT_TYPE ITEM_TYPE NAME`"
                 ));
             }
         };
         if count.is_some_and(NumberType::is_float) {
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "the length of the list `{}` has a floating-point type, but needs an integer type",
                 sanitise_text(name)
-            )));
+            ));
         }
         if element
             .properties
             .iter()
             .any(|property| property.name == name)
         {
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "the element `{}` declares the property `{}` twice",
                 sanitise_text(&element.name),
                 sanitise_text(name)
-            )));
+            ));
         }
         if element.properties.len() >= MAX_DECLARATIONS {
             return Err(Fault::over_limit(format!(

@@ -30,26 +30,11 @@ use std::path::Path;
 use crate::folder::Folder;
 use crate::import::{DecodeBudget, ImportResult, ImportedScene, Warnings, sanitise_text};
 use crate::text::strip_byte_order_mark;
-use crate::warning::WarningCode;
-use crate::{Error, Limits, obj};
+use crate::{Limits, obj};
 
 use faces::PlyFaces;
 use values::ValueStream;
 use vertices::PlyVertices;
-
-/// Imports a PLY file from its bytes, with the image beside the file.
-///
-/// # Errors
-/// An error of kind input that names line or element and cause, or of kind limit. A missing image
-/// is only a warning.
-pub(crate) fn load(
-    file: &Path,
-    bytes: &[u8],
-    folder: &Folder,
-    limits: &Limits,
-) -> Result<ImportedScene, Error> {
-    import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
-}
 
 /// Whether bytes have the signature of a PLY file, for input without a file name.
 pub(crate) fn is_ply(bytes: &[u8]) -> bool {
@@ -59,7 +44,12 @@ pub(crate) fn is_ply(bytes: &[u8]) -> bool {
     )
 }
 
-fn import(
+/// Imports a PLY file from its bytes, with the image beside the file.
+///
+/// # Errors
+/// A fault of kind input that names line or element and cause, or of kind limit. A missing image
+/// is only a warning.
+pub(crate) fn import(
     file: &Path,
     bytes: &[u8],
     folder: &Folder,
@@ -79,44 +69,45 @@ fn import(
         }
     }
     if let Some(line) = values.surplus_line {
-        warnings.add(
-            WarningCode::Format,
-            format!("line {line}: has more numbers than the header names; surplus numbers of lines are ignored"),
+        warn!(
+            warnings,
+            Format,
+            "line {line}: has more numbers than the header names; surplus numbers of lines are ignored"
         );
     }
     if values.remaining_bytes() > 0 {
-        warnings.add(
-            WarningCode::Format,
-            format!(
-                "{} bytes after the last element were ignored",
-                values.remaining_bytes()
-            ),
+        warn!(
+            warnings,
+            Format,
+            "{} bytes after the last element were ignored",
+            values.remaining_bytes()
         );
     }
     if faces.is_empty() && !vertices.is_empty() {
-        warnings.add(
-            WarningCode::PointsAndLines,
-            "has only points and no faces; points are ignored, so that nothing is visible",
+        warn!(
+            warnings,
+            PointsAndLines,
+            "has only points and no faces; points are ignored, so that nothing is visible"
         );
     }
     let (mapped, numbered) = (vertices.has_uvs() || faces.has_uvs(), faces.has_textures());
     let (mesh, numbers) = faces.into_mesh(vertices, &mut budget, &mut warnings)?;
     let mut images = header.images;
     if !mapped && !images.is_empty() {
-        warnings.add(
-            WarningCode::TextureCoordinates,
-            format!(
-                "names {}, but has no texture coordinates; the model is shown without a texture",
-                format_texture_names(&images)
-            ),
+        warn!(
+            warnings,
+            TextureCoordinates,
+            "names {}, but has no texture coordinates; the model is shown without a texture",
+            format_texture_names(&images)
         );
         images.clear();
     }
     if !numbered && images.len() > 1 {
         let others = format_texture_names(&images[1..]);
-        warnings.add(
-            WarningCode::Choice,
-            format!("the faces have no texture number (texnumber): all faces show the first texture, none shows {others}"),
+        warn!(
+            warnings,
+            Choice,
+            "the faces have no texture number (texnumber): all faces show the first texture, none shows {others}"
         );
         images.truncate(1);
     }

@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, HashMap};
 use raywright_core::scene::MeshData;
 
 use crate::import::{DecodeBudget, ImportResult, Warnings};
-use crate::warning::WarningCode;
 
 /// Divides a mesh by the image numbers of its triangles. Returns a mesh for each image, and a mesh
 /// of the triangles without an image. A warning names each image that no triangle uses; another
@@ -31,17 +30,16 @@ pub(super) fn split_by_image(
         groups.entry(image).or_default().push(triangle);
     }
     if strays > 0 {
-        warnings.add(
-            WarningCode::Picture,
-            format!(
-                "{} a texnumber beyond the file's {} images and {} shown without an image",
-                match strays {
-                    1 => "1 triangle has".to_owned(),
-                    more => format!("{more} triangles have"),
-                },
-                images.len(),
-                if strays == 1 { "is" } else { "are" }
-            ),
+        warn!(
+            warnings,
+            Picture,
+            "{} a texnumber beyond the file's {} images and {} shown without an image",
+            match strays {
+                1 => "1 triangle has".to_owned(),
+                more => format!("{more} triangles have"),
+            },
+            images.len(),
+            if strays == 1 { "is" } else { "are" }
         );
     }
     for (i, image) in images
@@ -49,12 +47,11 @@ pub(super) fn split_by_image(
         .enumerate()
         .filter(|(i, _)| !groups.contains_key(&Some(*i)))
     {
-        warnings.add(
-            WarningCode::Choice,
-            format!(
-                "no face shows the texture {i}, `{}`",
-                crate::import::sanitise_text(image)
-            ),
+        warn!(
+            warnings,
+            Choice,
+            "no face shows the texture {i}, `{}`",
+            crate::import::sanitise_text(image)
         );
     }
     let vertex = size_of::<[f32; 3]>() * 2 + size_of::<[f32; 2]>() + size_of::<[f32; 4]>() + 16;

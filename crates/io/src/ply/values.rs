@@ -77,10 +77,10 @@ impl<'b> ValueStream<'b> {
         // The last number of an ASCII file needs no separator.
         if u128::from(element.count) * each as u128 > self.rest.len() as u128 + 1 {
             let (name, count) = (sanitise_text(&element.name), element.count);
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "is truncated: {count} items of `{name}` do not fit into the remaining {} bytes",
                 self.rest.len()
-            )));
+            ));
         }
         Ok(())
     }
@@ -140,10 +140,10 @@ impl<'b> ValueStream<'b> {
             || count.fract() != 0.0
             || count * minimum as f64 > self.rest.len() as f64 + 1.0
         {
-            return Err(Fault::invalid_input(format!(
+            return Err(fault!(
                 "{}: the list length {count} is negative, not a whole number, or more than the remaining data can hold",
                 sanitise_text(name)
-            )));
+            ));
         }
         Ok(count as usize)
     }
@@ -228,7 +228,7 @@ impl<'b> ValueStream<'b> {
 }
 
 fn truncation_fault() -> Fault {
-    Fault::invalid_input("the file ends before the next number")
+    fault!("the file ends before the next number")
 }
 
 /// Parses a word of an ASCII file as a number of the type `kind`. A float is parsed in double

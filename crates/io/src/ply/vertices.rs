@@ -116,7 +116,7 @@ impl PlyVertices {
             (slot..slot + count).all(|slot| slots.contains(&Some(slot)))
         };
         if !has(0, 3) && element.count > 0 {
-            return Err(Fault::invalid_input("its vertices have no x, y and z"));
+            return Err(fault!("its vertices have no x, y and z"));
         }
         if u32::try_from(element.count).is_err() {
             return Err(Fault::over_limit(

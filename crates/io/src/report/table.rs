@@ -204,11 +204,7 @@ impl Table {
             let is_text = self.columns.get(i) == Some(&ColumnAlignment::Left);
             format!(
                 "<th{}>{}</th>",
-                if is_text {
-                    html_attribute("class", "text")
-                } else {
-                    String::new()
-                },
+                html_attribute("class", if is_text { "text" } else { "" }),
                 escape_xml(name)
             )
         };
@@ -229,17 +225,10 @@ impl Table {
                 String::new()
             };
             let is_wide = i + 1 == count && count < columns;
-            let span = if is_wide {
-                html_attribute("colspan", &(columns - i).to_string())
-            } else {
-                String::new()
-            };
+            let span = is_wide.then(|| (columns - i).to_string());
+            let span = html_attribute("colspan", &span.unwrap_or_default());
             let is_text = i > 0 && (is_wide || self.columns[i] == ColumnAlignment::Left);
-            let class = if is_text {
-                html_attribute("class", "text")
-            } else {
-                String::new()
-            };
+            let class = html_attribute("class", if is_text { "text" } else { "" });
             let typed = cell
                 .strip_prefix('`')
                 .and_then(|cell| cell.strip_suffix('`'));
@@ -249,17 +238,17 @@ impl Table {
             );
             format!("<td{about}{span}{class}>{cell}</td>")
         };
-        let class = if row.class.is_empty() {
-            String::new()
-        } else {
-            html_attribute("class", row.class)
-        };
+        let class = html_attribute("class", row.class);
         let cells: String = row.cells.iter().enumerate().map(cell).collect();
         format!("<tr{class}>{cells}</tr>\n")
     }
 }
 
+/// Formats an attribute of an HTML element; empty for an empty value.
 fn html_attribute(name: &str, value: &str) -> String {
+    if value.is_empty() {
+        return String::new();
+    }
     format!(" {name}=\"{}\"", escape_xml(value))
 }
 

@@ -5,10 +5,9 @@
 use glam::DVec3;
 use raywright_core::scene::MeshData;
 
-use crate::import::{DecodeBudget, Fault, ImportResult, Warnings, sanitise_text};
+use crate::import::{DecodeBudget, Fault, FaultPlace, ImportResult, Warnings, sanitise_text};
 use crate::polygon::EarClipper;
 use crate::text::{not_a_number_fault, parse_number_prefix, split_lines, strip_byte_order_mark};
-use crate::warning::WarningCode;
 
 /// What the reader expects next.
 #[derive(Default)]
@@ -70,22 +69,16 @@ pub(super) fn read_ascii(
         reader.line += 1;
         let line = String::from_utf8_lossy(strip_byte_order_mark(line));
         let read = reader.read_line(&line, budget, warnings);
-        read.map_err(|fault| fault.with_place(format_args!("line {}", reader.line)))?;
+        read.with_place(format_args!("line {}", reader.line))?;
     }
     if reader.facet == FacetState::Open {
-        return Err(Fault::invalid_input(format!(
-            "line {}: the file ends inside a facet",
-            reader.line
-        )));
+        return Err(fault!("line {}: the file ends inside a facet", reader.line));
     }
     if let Some(word) = reader.unknown_word.take() {
         if reader.positions.is_empty() {
             return Err(Fault::invalid_input(word));
         }
-        warnings.add(
-            WarningCode::Format,
-            format!("{word}; such words are ignored"),
-        );
+        warn!(warnings, Format, "{word}; such words are ignored");
     }
     Ok(MeshData {
         positions: reader.positions.into(),
@@ -149,9 +142,7 @@ impl StlAsciiReader {
     ) -> ImportResult<()> {
         match keyword {
             "facet" if self.facet == FacetState::Open && self.corners.is_empty() => {
-                return Err(Fault::invalid_input(
-                    "facet: the previous facet has no endfacet",
-                ));
+                return Err(fault!("facet: the previous facet has no endfacet"));
             }
             "facet" => {
                 if self.facet != FacetState::Outside {
@@ -162,8 +153,8 @@ impl StlAsciiReader {
             "normal" => self.expected_token = ExpectedToken::Normal(3),
             "outer" | "loop" => {}
             "vertex" if self.facet == FacetState::Outside => {
-                return Err(Fault::invalid_input(
-                    "vertex: does not belong to a facet; a `facet` line is missing before it",
+                return Err(fault!(
+                    "vertex: does not belong to a facet; a `facet` line is missing before it"
                 ));
             }
             "vertex" => {
@@ -201,9 +192,9 @@ impl StlAsciiReader {
             self.finish_corner_loop(budget, warnings)?;
         }
         self.facet = FacetState::Outside;
-        warnings.add(
-            WarningCode::Format,
-            "facets without `endloop` or `endfacet` end where the next facet begins",
+        warn!(
+            warnings,
+            Format, "facets without `endloop` or `endfacet` end where the next facet begins"
         );
         Ok(())
     }
@@ -216,9 +207,9 @@ impl StlAsciiReader {
     ) -> ImportResult<()> {
         let before = self.positions.len();
         if self.corners.len() < 3 {
-            warnings.add(
-                WarningCode::Geometry,
-                "facets with fewer than three corners are ignored",
+            warn!(
+                warnings,
+                Geometry, "facets with fewer than three corners are ignored"
             );
         } else {
             self.clipper.reserve_memory(self.corners.len(), budget)?;

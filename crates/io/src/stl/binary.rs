@@ -6,7 +6,6 @@ use raywright_core::scene::MeshData;
 
 use crate::import::{DecodeBudget, Fault, ImportResult, Warnings};
 use crate::mesh_tools::decode_vertex_colour;
-use crate::warning::WarningCode;
 
 /// Number of bytes before the first facet.
 const HEADER_BYTES: usize = 84;
@@ -58,15 +57,15 @@ pub(super) fn read_binary(
     let (facets, _) = rest.as_chunks::<FACET_BYTES>();
     let there = facets.len();
     if there < count {
-        return Err(Fault::invalid_input(format!(
+        return Err(fault!(
             "is a truncated binary STL file with {there} of {count} facets"
-        )));
+        ));
     }
     let beyond = rest.len() - count * FACET_BYTES;
     if beyond > 0 {
-        warnings.add(
-            WarningCode::Format,
-            format!("{beyond} bytes after the stated {count} facets were ignored"),
+        warn!(
+            warnings,
+            Format, "{beyond} bytes after the stated {count} facets were ignored"
         );
     }
     let facets = facets.get(..count).unwrap_or_default();

@@ -17,22 +17,13 @@ use std::path::Path;
 use crate::folder::Folder;
 use crate::import::{DecodeBudget, ImportResult, ImportedScene, Warnings};
 use crate::text::{split_lines, strip_byte_order_mark};
-use crate::{Error, Limits, obj};
+use crate::{Limits, obj};
 
 /// Imports an STL file from its bytes.
 ///
 /// # Errors
-/// An error of kind input that names facet or line and cause, or of kind limit.
-pub(crate) fn load(
-    file: &Path,
-    bytes: &[u8],
-    folder: &Folder,
-    limits: &Limits,
-) -> Result<ImportedScene, Error> {
-    import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
-}
-
-fn import(
+/// A fault of kind input that names facet or line and cause, or of kind limit.
+pub(crate) fn import(
     file: &Path,
     bytes: &[u8],
     folder: &Folder,
@@ -43,7 +34,8 @@ fn import(
         true => ascii::read_ascii(bytes, &mut budget, &mut warnings)?,
         false => binary::read_binary(bytes, &mut budget, &mut warnings)?,
     };
-    obj::scene_from_mesh(file, mesh, (folder, limits), budget, warnings)
+    let parts = vec![(None, mesh)];
+    obj::scene_from_meshes(file, parts, Vec::new(), (folder, limits), budget, warnings)
 }
 
 /// Whether bytes are an STL file of either kind, for input without a file name.

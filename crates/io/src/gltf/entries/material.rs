@@ -1,198 +1,179 @@
 //! Entries of a glTF file for appearance: materials with their extensions, textures, samplers,
 //! images.
 
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use std::collections::BTreeMap;
+
+use serde::de::{DeserializeSeed, Error, IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
-use super::{defaulted, extended};
+use super::super::material_table::{CORE, MaterialObject, find_material_object, find_property};
 
-/// Reference of a material to a texture.
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(in crate::gltf) struct TextureInfo {
-    pub index: u32,
-    #[serde(default)]
-    pub tex_coord: u32,
-    /// Scale of a normal map's x and y.
-    #[serde(default = "default_scale")]
-    pub scale: f32,
-    #[serde(default)]
-    pub extensions: TextureInfoExtensions,
+required_entries! {
+    /// Reference of a material to a texture.
+    TextureInfo {
+        index: u32,
+        #[serde(default)]
+        tex_coord: u32,
+        /// Scale of a normal map's x and y.
+        #[serde(default = "default_scale")]
+        scale: f32,
+        #[serde(default)]
+        extensions: TextureInfoExtensions,
+    }
 }
 
 fn default_scale() -> f32 {
     1.0
 }
 
-/// Supported extensions of a texture reference.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(in crate::gltf) struct TextureInfoExtensions {
-    #[serde(rename = "KHR_texture_transform")]
-    pub transform: Option<TextureTransform>,
-}
+entries! {
+    /// Supported extensions of a texture reference.
+    TextureInfoExtensions {
+        #[serde(rename = "KHR_texture_transform")]
+        transform: Option<TextureTransform>,
+    }
 
-defaulted!(
     /// Transform of texture coordinates; the rotation is in radians.
-    TextureTransform { offset: [f32; 2] = [0.0; 2], rotation: f32 = 0.0, scale: [f32; 2] = [1.0; 2], tex_coord: Option<u32> = None }
-);
-defaulted!(
-    /// A material.
-    MaterialEntry {
-        name: Option<String> = None,
-        pbr_metallic_roughness: MetallicRoughness = MetallicRoughness::default(),
-        normal_texture: Option<TextureInfo> = None,
-        occlusion_texture: Option<TextureInfo> = None,
-        emissive_texture: Option<TextureInfo> = None,
-        emissive_factor: [f32; 3] = [0.0; 3],
-        alpha_mode: Option<String> = None,
-        alpha_cutoff: Option<f32> = None,
-        double_sided: bool = false,
-        extensions: MaterialExtensions = MaterialExtensions::default(),
-    }
-);
-defaulted!(
-    /// The metallic-roughness model.
-    MetallicRoughness {
-        base_color_factor: [f32; 4] = [1.0; 4],
-        base_color_texture: Option<TextureInfo> = None,
-        metallic_factor: f32 = 1.0,
-        roughness_factor: f32 = 1.0,
-        metallic_roughness_texture: Option<TextureInfo> = None,
-    }
-);
-
-extended! {
-    /// Supported extensions of a material. Each is boxed, so that a material without extensions
-    /// takes little memory.
-    MaterialExtensions: Value {
-        emissive_strength: Option<EmissiveStrength> = "KHR_materials_emissive_strength",
-        ior: Option<Ior> = "KHR_materials_ior",
-        transmission: Option<Box<TransmissionData>> = "KHR_materials_transmission",
-        unlit: Option<IgnoredAny> = "KHR_materials_unlit",
-        specular_glossiness: Option<Box<SpecularGlossiness>> = "KHR_materials_pbrSpecularGlossiness",
-        volume: Option<Box<VolumeData>> = "KHR_materials_volume",
-        specular: Option<Box<SpecularData>> = "KHR_materials_specular",
-        clearcoat: Option<Box<ClearcoatData>> = "KHR_materials_clearcoat",
-        sheen: Option<Box<SheenData>> = "KHR_materials_sheen",
-        anisotropy: Option<Box<AnisotropyData>> = "KHR_materials_anisotropy",
-        iridescence: Option<Box<IridescenceData>> = "KHR_materials_iridescence",
-        dispersion: Option<Dispersion> = "KHR_materials_dispersion",
-        diffuse_transmission: Option<Box<DiffuseTransmissionData>> = "KHR_materials_diffuse_transmission",
+    TextureTransform {
+        offset: [f32; 2],
+        rotation: f32,
+        scale: [f32; 2] = [1.0; 2],
+        tex_coord: Option<u32>,
     }
 }
 
-defaulted!(
-    /// Data of the extension KHR_materials_emissive_strength.
-    EmissiveStrength { emissive_strength: f32 = 1.0 }
-);
-defaulted!(
-    /// Data of the extension KHR_materials_ior.
-    Ior { ior: f32 = 1.5 }
-);
-defaulted!(
-    /// Data of the extension KHR_materials_transmission.
-    TransmissionData { transmission_factor: f32 = 0.0, transmission_texture: Option<TextureInfo> = None }
-);
-defaulted!(
-    /// Data of the extension KHR_materials_pbrSpecularGlossiness.
-    SpecularGlossiness {
-        diffuse_factor: [f32; 4] = [1.0; 4],
-        diffuse_texture: Option<TextureInfo> = None,
-        specular_factor: [f32; 3] = [1.0; 3],
-        glossiness_factor: f32 = 1.0,
-        specular_glossiness_texture: Option<TextureInfo> = None,
-    }
-);
-defaulted!(
-    /// Data of the extension KHR_materials_volume.
-    VolumeData { thickness_factor: f64 = 0.0, attenuation_distance: Option<f64> = None, attenuation_color: [f64; 3] = [1.0; 3] }
-);
-defaulted!(
-    /// Data of the extension KHR_materials_specular.
-    SpecularData {
-        specular_factor: f64 = 1.0,
-        specular_texture: Option<TextureInfo> = None,
-        specular_color_factor: [f64; 3] = [1.0; 3],
-        specular_color_texture: Option<TextureInfo> = None,
-    }
-);
-defaulted!(
-    /// Data of the extension KHR_materials_clearcoat.
-    ClearcoatData {
-        clearcoat_factor: f64 = 0.0,
-        clearcoat_texture: Option<TextureInfo> = None,
-        clearcoat_roughness_factor: f64 = 0.0,
-        clearcoat_roughness_texture: Option<TextureInfo> = None,
-        clearcoat_normal_texture: Option<TextureInfo> = None,
-    }
-);
-defaulted!(
-    /// Data of the extension KHR_materials_sheen.
-    SheenData {
-        sheen_color_factor: [f64; 3] = [0.0; 3],
-        sheen_color_texture: Option<TextureInfo> = None,
-        sheen_roughness_factor: f64 = 0.0,
-        sheen_roughness_texture: Option<TextureInfo> = None,
-    }
-);
-defaulted!(
-    /// Data of the extension KHR_materials_anisotropy.
-    AnisotropyData { anisotropy_strength: f64 = 0.0, anisotropy_rotation: f64 = 0.0, anisotropy_texture: Option<TextureInfo> = None }
-);
-defaulted!(
-    /// Data of the extension KHR_materials_iridescence.
-    IridescenceData {
-        iridescence_factor: f64 = 0.0,
-        iridescence_texture: Option<TextureInfo> = None,
-        iridescence_ior: f64 = 1.3,
-        iridescence_thickness_minimum: f64 = 100.0,
-        iridescence_thickness_maximum: f64 = 400.0,
-        iridescence_thickness_texture: Option<TextureInfo> = None,
-    }
-);
-defaulted!(
-    /// Data of the extension KHR_materials_dispersion.
-    Dispersion { dispersion: f64 = 0.0 }
-);
-defaulted!(
-    /// Data of the extension KHR_materials_diffuse_transmission.
-    DiffuseTransmissionData {
-        diffuse_transmission_factor: f64 = 0.0,
-        diffuse_transmission_texture: Option<TextureInfo> = None,
-        diffuse_transmission_color_factor: [f64; 3] = [1.0; 3],
-        diffuse_transmission_color_texture: Option<TextureInfo> = None,
-    }
-);
-
-/// A texture sampler, with the OpenGL codes of the specification; `None` leaves the choice to the
-/// importer.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(in crate::gltf) struct TextureSampler {
-    pub mag_filter: Option<u32>,
-    pub wrap_s: Option<u32>,
-    pub wrap_t: Option<u32>,
-}
-
-/// An image: in another file, embedded in the JSON, or in a buffer view.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(in crate::gltf) struct ImageEntry {
-    pub buffer_view: Option<u32>,
+/// A material: the numbers and textures that the file states, by names of object and property in
+/// the [table](super::super::material_table).
+#[derive(Debug, Default)]
+pub(in crate::gltf) struct MaterialEntry {
     pub name: Option<String>,
-    pub uri: Option<String>,
+    pub alpha_mode: Option<String>,
+    pub double_sided: bool,
+    pub has_occlusion_map: bool,
+    pub numbers: BTreeMap<PropertyName, [f64; 4]>,
+    pub textures: BTreeMap<PropertyName, TextureInfo>,
+    /// Names of the extensions in the table.
+    pub extensions: Vec<&'static str>,
+    /// Data of unsupported extensions, by name.
+    pub others: BTreeMap<String, Value>,
 }
 
-/// A texture: an image with a sampler.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(in crate::gltf) struct TextureEntry {
-    pub name: Option<String>,
-    pub sampler: Option<u32>,
-    pub source: Option<u32>,
-    pub extensions: TextureExtensions,
+/// Names of an object of a material and of a property of this object.
+type PropertyName = (&'static str, &'static str);
+
+impl<'de> Deserialize<'de> for MaterialEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut entry = Self::default();
+        ObjectReader("", &mut entry).deserialize(deserializer)?;
+        Ok(entry)
+    }
+}
+
+/// Key of the object that contains a material's extensions.
+const EXTENSIONS: &str = "extensions";
+
+/// Reads the object with this name into a material, because `serde(flatten)` would lose the path of
+/// a fault.
+struct ObjectReader<'m>(&'static str, &'m mut MaterialEntry);
+
+impl<'de> DeserializeSeed<'de> for ObjectReader<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for ObjectReader<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("an object of a material")
+    }
+
+    fn visit_unit<E>(self) -> Result<(), E> {
+        Ok(())
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
+        let Self(object, out) = self;
+        while let Some(key) = map.next_key::<String>()? {
+            if let Some((key, property)) = find_property(object, &key) {
+                let name = (object, *key);
+                let is_repeated = match property.length() {
+                    0 => (map.next_value::<Option<_>>()?)
+                        .and_then(|texture| out.textures.insert(name, texture))
+                        .is_some(),
+                    length => read_numbers(&mut map, length)?
+                        .and_then(|numbers| out.numbers.insert(name, numbers))
+                        .is_some(),
+                };
+                if is_repeated {
+                    return Err(A::Error::duplicate_field(key));
+                }
+                continue;
+            }
+            match (object, key.as_str()) {
+                ("", "name") => out.name = map.next_value()?,
+                ("", "alphaMode") => out.alpha_mode = map.next_value()?,
+                ("", "doubleSided") => out.double_sided = map.next_value()?,
+                ("", "occlusionTexture") => {
+                    out.has_occlusion_map = map.next_value::<Option<TextureInfo>>()?.is_some();
+                }
+                ("", CORE) => map.next_value_seed(ObjectReader(CORE, out))?,
+                ("", EXTENSIONS) => map.next_value_seed(ObjectReader(EXTENSIONS, out))?,
+                (EXTENSIONS, name) => match find_material_object(name) {
+                    Some(MaterialObject { name, .. }) => {
+                        out.extensions.push(name);
+                        map.next_value_seed(ObjectReader(name, out))?;
+                    }
+                    None => drop(out.others.insert(key, map.next_value()?)),
+                },
+                _ => drop(map.next_value::<IgnoredAny>()?),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads a number, or a list of three or four numbers; missing numbers become 1.
+fn read_numbers<'de, A: MapAccess<'de>>(
+    map: &mut A,
+    length: usize,
+) -> Result<Option<[f64; 4]>, A::Error> {
+    Ok(match length {
+        1 => map.next_value::<Option<_>>()?.map(|x| [x, 1.0, 1.0, 1.0]),
+        3 => map
+            .next_value::<Option<[_; 3]>>()?
+            .map(|[r, g, b]| [r, g, b, 1.0]),
+        _ => map.next_value()?,
+    })
+}
+
+entries! {
+    /// A texture sampler, with the OpenGL codes of the specification; `None` leaves the choice to the
+    /// importer.
+    TextureSampler {
+        mag_filter: Option<u32>,
+        wrap_s: Option<u32>,
+        wrap_t: Option<u32>,
+    }
+
+    /// An image: in another file, embedded in the JSON, or in a buffer view.
+    ImageEntry {
+        buffer_view: Option<u32>,
+        name: Option<String>,
+        uri: Option<String>,
+    }
+
+    /// A texture: an image with a sampler.
+    TextureEntry {
+        name: Option<String>,
+        sampler: Option<u32>,
+        source: Option<u32>,
+        extensions: TextureExtensions,
+    }
 }
 
 impl TextureEntry {
@@ -205,19 +186,17 @@ impl TextureEntry {
     }
 }
 
-/// Images of a texture in WebP and Basis Universal, each from an extension.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(in crate::gltf) struct TextureExtensions {
-    #[serde(rename = "EXT_texture_webp")]
-    pub webp: TextureSource,
-    #[serde(rename = "KHR_texture_basisu")]
-    pub basis: TextureSource,
-}
+entries! {
+    /// Images of a texture in WebP and Basis Universal, each from an extension.
+    TextureExtensions {
+        #[serde(rename = "EXT_texture_webp")]
+        webp: TextureSource,
+        #[serde(rename = "KHR_texture_basisu")]
+        basis: TextureSource,
+    }
 
-/// Reference of a texture extension to an image.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(in crate::gltf) struct TextureSource {
-    pub source: Option<u32>,
+    /// Reference of a texture extension to an image.
+    TextureSource {
+        source: Option<u32>,
+    }
 }

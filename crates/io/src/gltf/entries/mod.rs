@@ -1,42 +1,50 @@
 //! Types of the entries in a glTF file. Fields are named as in the specification and in the
 //! supported extensions.
 
-mod data;
-mod graph;
-mod material;
-
-pub(super) use data::{
-    AccessorEntry, BufferEntry, BufferViewEntry, DracoEntry, MeshEntry, MeshoptEntry,
-    PrimitiveEntry, SparseEntry, ViewExtensions,
-};
-pub(super) use graph::{
-    AnimationChannel, AnimationEntry, AnimationSampler, CameraEntry, Interpolation, LightEntry,
-    MeshInstancing, NodeEntry, ProjectionEntry, RootExtensions, SceneEntry, SkinEntry, SpotCone,
-};
-pub(super) use material::{
-    ImageEntry, MaterialEntry, MaterialExtensions, SpecularGlossiness, TextureEntry, TextureInfo,
-    TextureSampler, TextureTransform,
-};
-
-/// Declares a struct of JSON keys with their types and default values.
-macro_rules! defaulted {
-    ($(#[$doc:meta])* $name:ident { $($key:ident: $type:ty = $default:expr),* $(,)? }) => {
-        $(#[$doc])*
+/// Declares structs of optional JSON keys with their types. A key that is missing has the stated
+/// value or the default of its type.
+macro_rules! entries {
+    ($($(#[$meta:meta])* $name:ident {
+        $($(#[$of:meta])* $key:ident: $type:ty $(= $default:expr)?),* $(,)?
+    })*) => {$(
+        $(#[$meta])*
         #[derive(Debug, Deserialize)]
         #[serde(default, rename_all = "camelCase")]
         pub(in crate::gltf) struct $name {
-            $(pub $key: $type,)*
+            $($(#[$of])* pub $key: $type,)*
         }
 
         impl Default for $name {
             fn default() -> Self {
-                Self { $($key: $default,)* }
+                Self { $($key: default_value!($($default)?),)* }
             }
         }
-    };
+    )*};
 }
 
-use defaulted;
+/// Declares structs of JSON keys with their types. A key is required unless its type is an `Option`
+/// or it has the attribute `serde(default)`.
+macro_rules! required_entries {
+    ($($(#[$meta:meta])* $name:ident {
+        $($(#[$of:meta])* $key:ident: $type:ty),* $(,)?
+    })*) => {$(
+        $(#[$meta])*
+        #[derive(Debug, Deserialize)]
+        #[serde(rename_all = "camelCase")]
+        pub(in crate::gltf) struct $name {
+            $($(#[$of])* pub $key: $type,)*
+        }
+    )*};
+}
+
+macro_rules! default_value {
+    () => {
+        Default::default()
+    };
+    ($value:expr) => {
+        $value
+    };
+}
 
 /// Declares a struct for the extensions of a glTF entry, with a typed field for each supported
 /// extension and a map of the unsupported extensions. The deserializer is written by hand, because
@@ -75,4 +83,19 @@ macro_rules! extended {
         }
     };
 }
-use extended;
+
+mod data;
+mod graph;
+mod material;
+
+pub(super) use data::{
+    AccessorEntry, BufferEntry, BufferViewEntry, DracoEntry, MeshEntry, MeshoptEntry,
+    PrimitiveEntry, SparseEntry, ViewExtensions,
+};
+pub(super) use graph::{
+    AnimationChannel, AnimationEntry, AnimationSampler, CameraEntry, Interpolation, LightEntry,
+    MeshInstancing, NodeEntry, ProjectionEntry, RootExtensions, SceneEntry, SkinEntry, SpotCone,
+};
+pub(super) use material::{
+    ImageEntry, MaterialEntry, TextureEntry, TextureInfo, TextureSampler, TextureTransform,
+};
