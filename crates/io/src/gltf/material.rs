@@ -184,7 +184,7 @@ impl GltfImport<'_> {
                 }
                 Map(role, set) => set(out, self.convert_texture_ref(info, *role)?),
                 NormalMap(set, set_scale) => {
-                    set(out, self.convert_texture_ref(info, TextureRole::DataMap)?);
+                    set(out, self.convert_texture_ref(info, TextureRole::Data)?);
                     let scale = info.map_or(1.0, |info| info.scale.into());
                     let subject = format!("{key}.scale");
                     let range = [-MOST_NORMAL_SCALE, MOST_NORMAL_SCALE];

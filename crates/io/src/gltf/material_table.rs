@@ -11,7 +11,7 @@ use raywright_core::validate::{MAX_COORDINATE, MAX_MAGNITUDE, MIN_LENGTH};
 use super::specular_glossiness::DIELECTRIC;
 use super::texture::TextureRole;
 use Channel::{Alpha, Green, Red};
-use TextureRole::{ChannelMap, ColorMap, DataMap};
+use TextureRole::{Color, Data, Single};
 
 /// Sets a value of a material of the scene.
 type Setter<T> = fn(&mut Physical, T);
@@ -86,15 +86,15 @@ macro_rules! material_objects {
 pub(super) static MATERIAL_OBJECTS: &[MaterialObject] = material_objects! {
     CORE f32 {
         "baseColorFactor": ColorAlpha()[base_colour][opacity];
-        "baseColorTexture": Map(ColorMap)[base_colour_texture];
+        "baseColorTexture": Map(Color)[base_colour_texture];
         "metallicFactor": Number(1.0, UNIT)[metallic];
         "roughnessFactor": Number(1.0, UNIT)[roughness];
-        "metallicRoughnessTexture": Map(DataMap)[metallic_roughness_texture];
+        "metallicRoughnessTexture": Map(Data)[metallic_roughness_texture];
     }
     "" f32 {
         "normalTexture": NormalMap()[normal_texture][normal_scale];
         "emissiveFactor": Color(0.0, UNIT)[emission];
-        "emissiveTexture": Map(ColorMap)[emission_texture];
+        "emissiveTexture": Map(Color)[emission_texture];
         // A cutoff above 1 removes the whole surface, so that all larger values are equivalent.
         "alphaCutoff": Number(0.5, NOT_NEGATIVE)[|out, value| {
             if let AlphaMode::Mask { cutoff } = &mut out.alpha {
@@ -115,27 +115,27 @@ pub(super) static MATERIAL_OBJECTS: &[MaterialObject] = material_objects! {
         "ior": Checked(1.5, [0.0, Physical::IOR[1]], |ior| ior == 0.0 || ior >= Physical::IOR[0])[ior];
     }
     "KHR_materials_transmission" f32 {
-        "transmissionTexture": Map(DataMap)[transmission_texture];
+        "transmissionTexture": Map(Data)[transmission_texture];
         "transmissionFactor": Number(0.0, UNIT)[transmission];
     }
     "KHR_materials_specular" f64 {
         "specularFactor": Number(1.0, UNIT)[specular];
-        "specularTexture": Map(ChannelMap(Alpha))[specular_texture];
+        "specularTexture": Map(Single(Alpha))[specular_texture];
         "specularColorFactor": Color(1.0, MILLION)[specular_colour];
-        "specularColorTexture": Map(ColorMap)[specular_colour_texture];
+        "specularColorTexture": Map(Color)[specular_colour_texture];
     }
     "KHR_materials_clearcoat" f64 {
         "clearcoatFactor": Number(0.0, UNIT)[clearcoat.factor];
-        "clearcoatTexture": Map(ChannelMap(Red))[clearcoat.factor_texture];
+        "clearcoatTexture": Map(Single(Red))[clearcoat.factor_texture];
         "clearcoatRoughnessFactor": Number(0.0, UNIT)[clearcoat.roughness];
-        "clearcoatRoughnessTexture": Map(ChannelMap(Green))[clearcoat.roughness_texture];
+        "clearcoatRoughnessTexture": Map(Single(Green))[clearcoat.roughness_texture];
         "clearcoatNormalTexture": NormalMap()[clearcoat.normal_texture][clearcoat.normal_scale];
     }
     "KHR_materials_sheen" f64 {
         "sheenColorFactor": Color(0.0, UNIT)[sheen.colour];
-        "sheenColorTexture": Map(ColorMap)[sheen.colour_texture];
+        "sheenColorTexture": Map(Color)[sheen.colour_texture];
         "sheenRoughnessFactor": Number(0.0, UNIT)[sheen.roughness];
-        "sheenRoughnessTexture": Map(ChannelMap(Alpha))[sheen.roughness_texture];
+        "sheenRoughnessTexture": Map(Single(Alpha))[sheen.roughness_texture];
     }
     "KHR_materials_anisotropy" f64 {
         "anisotropyStrength": Number(0.0, UNIT)[anisotropy.strength];
@@ -143,21 +143,21 @@ pub(super) static MATERIAL_OBJECTS: &[MaterialObject] = material_objects! {
         "anisotropyRotation": Number(0.0, UNBOUNDED)[|out, angle| {
             out.anisotropy.get_or_insert_default().rotation = (angle % TAU).to_degrees();
         }];
-        "anisotropyTexture": Map(DataMap)[anisotropy.texture];
+        "anisotropyTexture": Map(Data)[anisotropy.texture];
     }
     "KHR_materials_iridescence" f64 {
         "iridescenceFactor": Number(0.0, UNIT)[iridescence.factor];
-        "iridescenceTexture": Map(ChannelMap(Red))[iridescence.factor_texture];
+        "iridescenceTexture": Map(Single(Red))[iridescence.factor_texture];
         "iridescenceIor": Number(1.3, Physical::IOR)[iridescence.ior];
         "iridescenceThicknessMinimum": Number(100.0, MILLION)[iridescence.thinnest];
         "iridescenceThicknessMaximum": Number(400.0, MILLION)[iridescence.thickness];
-        "iridescenceThicknessTexture": Map(ChannelMap(Green))[iridescence.thickness_texture];
+        "iridescenceThicknessTexture": Map(Single(Green))[iridescence.thickness_texture];
     }
     "KHR_materials_diffuse_transmission" f64 {
         "diffuseTransmissionFactor": Number(0.0, UNIT)[diffuse_transmission.factor];
-        "diffuseTransmissionTexture": Map(ChannelMap(Alpha))[diffuse_transmission.factor_texture];
+        "diffuseTransmissionTexture": Map(Single(Alpha))[diffuse_transmission.factor_texture];
         "diffuseTransmissionColorFactor": Color(1.0, UNIT)[diffuse_transmission.colour];
-        "diffuseTransmissionColorTexture": Map(ColorMap)[diffuse_transmission.colour_texture];
+        "diffuseTransmissionColorTexture": Map(Color)[diffuse_transmission.colour_texture];
     }
     "KHR_materials_dispersion" f64 {
         "dispersion": Number(0.0, [0.0, 400.0])[dispersion];
@@ -172,11 +172,11 @@ pub(super) static MATERIAL_OBJECTS: &[MaterialObject] = material_objects! {
     }
     GLOSSY f32 {
         "diffuseFactor": ColorAlpha()[base_colour][opacity];
-        "diffuseTexture": Map(ColorMap)[base_colour_texture];
+        "diffuseTexture": Map(Color)[base_colour_texture];
         "specularFactor": Color(1.0, UNIT)[|out, Colour(specular)| {
             out.specular_colour = Colour(specular.map(|c| c / DIELECTRIC)).into();
         }];
-        "specularGlossinessTexture": Map(ColorMap)[specular_colour_texture];
+        "specularGlossinessTexture": Map(Color)[specular_colour_texture];
         // The conversion of the model needs the glossiness, and then sets the roughness.
         "glossinessFactor": Number(1.0, UNIT)[roughness];
     }

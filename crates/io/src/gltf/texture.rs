@@ -22,11 +22,11 @@ pub(super) const MOST_UV_SETS: u32 = raywright_core::scene::MOST_UV_SETS as u32;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TextureRole {
     /// Colours, encoded in sRGB.
-    ColorMap,
+    Color,
     /// Data that is not a colour, such as roughness or normals; stored linearly.
-    DataMap,
+    Data,
     /// A single channel of data.
-    ChannelMap(Channel),
+    Single(Channel),
 }
 
 impl<'a> GltfImport<'a> {
@@ -82,7 +82,7 @@ impl<'a> GltfImport<'a> {
             uv: None,
             factor: Colour::WHITE,
             channel: match used_as {
-                TextureRole::ChannelMap(channel) => Some(channel),
+                TextureRole::Single(channel) => Some(channel),
                 _ => None,
             },
         }))
@@ -95,7 +95,7 @@ impl<'a> GltfImport<'a> {
         index: usize,
         used_as: TextureRole,
     ) -> ImportResult<Option<String>> {
-        let key = (index, used_as == TextureRole::ColorMap);
+        let key = (index, used_as == TextureRole::Color);
         if let Some(known) = self.textures.get(&key) {
             return Ok(known.clone());
         }
@@ -125,7 +125,7 @@ impl<'a> GltfImport<'a> {
             self.scene.textures.push(SceneTexture {
                 name: name.clone(),
                 image,
-                colour_space: if used_as == TextureRole::ColorMap {
+                colour_space: if used_as == TextureRole::Color {
                     ColourSpace::Srgb
                 } else {
                     ColourSpace::Linear
