@@ -307,6 +307,8 @@ pub const CHECKS: &[Check] = &[
         let [mut paths, mut rays] = [Integrator::Path, Integrator::Whitted].map(|integrator| {
             case.picture(|s| {
                 (s.integrator, s.aovs, s.denoise) = (integrator, kept.to_vec(), false);
+                // Rays of Whitted's integrator divide.
+                s.max_depth = 1;
             })
         });
         paths.rgb.fill([0.0; 3]);
