@@ -92,14 +92,21 @@ mod tests {
         }
     }
 
-    /// Protects: the matrices of Rec. 2020 (ITU-R BT.2087) and of ACES2065-1 (Bradford, from its
-    /// white near D60) agree with the published ones; white stays white.
+    /// Protects: the matrices of Rec. 2020 (ITU-R BT.2087), of Display P3, whose primaries are near,
+    /// and of ACES2065-1 (Bradford, from its white near D60) agree with the published ones; white
+    /// stays white.
     #[test]
     fn published_matrices_are_met() {
         let rec_2020 = space([
             [0.708, 0.292],
             [0.170, 0.797],
             [0.131, 0.046],
+            [0.3127, 0.3290],
+        ]);
+        let display_p3 = space([
+            [0.680, 0.320],
+            [0.265, 0.690],
+            [0.150, 0.060],
             [0.3127, 0.3290],
         ]);
         let aces = space([
@@ -115,6 +122,14 @@ mod tests {
                     [1.6605, -0.5876, -0.0728],
                     [-0.1246, 1.1329, -0.0083],
                     [-0.0182, -0.1006, 1.1187],
+                ],
+            ),
+            (
+                display_p3,
+                [
+                    [1.2249, -0.2249, 0.0],
+                    [-0.0421, 1.0421, 0.0],
+                    [-0.0196, -0.0786, 1.0983],
                 ],
             ),
             (

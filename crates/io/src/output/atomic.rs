@@ -312,6 +312,16 @@ mod tests {
         assert!(!live.exists() && foreign.exists());
     }
 
+    /// Protects: a write removes the temporary file of a killed program that named the folder in
+    /// another way.
+    #[test]
+    fn files_of_killed_programs_are_found_by_any_path() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(temporary_path(&folder.path().join("a.bin"), 0), "part").unwrap();
+        write_atomically(&folder.path().join("./a.bin"), b"whole").unwrap();
+        assert_eq!(names(folder.path()), ["a.bin"]);
+    }
+
     /// Protects: any number of programs write a file at the same time; each leaves a whole file,
     /// and none leaves a temporary one.
     #[test]

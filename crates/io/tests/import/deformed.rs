@@ -104,6 +104,27 @@ fn targets_move_by_their_weights() {
     );
 }
 
+/// Protects: where a primitive uses some of the listed vertices, its targets move each by the
+/// offset of its own index.
+#[test]
+fn targets_move_listed_vertices_by_their_indices() {
+    let mut made = KeyedTriangle::new();
+    let after_others = |other: f32, last: [f32; 9]| [&[other; 18][..], &last].concat();
+    let corners = after_others(9.0, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    let lift = after_others(5.0, [0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0]);
+    let (corners, lift) = (
+        made.accessor("VEC3", &corners),
+        made.accessor("VEC3", &lift),
+    );
+    let indices = made.accessor("SCALAR", &[6, 7, 8].map(f32::from_bits));
+    let made = made.with(|d| {
+        d["accessors"][indices]["componentType"] = json!(5125);
+        d["meshes"][0] = json!({ "weights": [1], "primitives": [{
+            "attributes": { "POSITION": corners }, "indices": indices, "targets": [{ "POSITION": lift }] }] });
+    });
+    near(triangle(&load_at(&made, None)).0, morphed(1.0, 0.0).0);
+}
+
 /// Protects: a mesh under several nodes with different weights becomes several meshes; with equal
 /// weights, one.
 #[test]

@@ -898,6 +898,7 @@ fn refraction_is_stated() {
             [false; 4],
         ),
         ("Kd 0.8 0.1 0.1\nTf 0 0 0\nTr 0", [false; 4]),
+        ("Kd 1 0 0\nTf 1 1 1", [false; 4]),
         ("map_Kd gone.png\nTf 1 1 1", [false; 4]),
         ("Kd 0.8 0.1 0.1\nTf 0.9 1 1", [true; 4]),
         ("Kd 0.8 0.1 0.1\nTf 0.5", [true; 4]),
