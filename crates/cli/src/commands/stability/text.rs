@@ -241,4 +241,18 @@ pub(super) mod tests {
         let places = names.map(|name| text.find(name).expect("a line"));
         assert!(places.is_sorted(), "{text}");
     }
+
+    /// Protects: the place of a case in the plain table follows its least margin of all settings.
+    #[test]
+    fn the_worst_setting_places_its_case() {
+        let report = report();
+        let with = |case, margin| HardCaseResult {
+            case,
+            margin: Some(margin),
+            ..report.rows[0].clone()
+        };
+        let rows = vec![with("even", 2.0), with("worse", 1.5), with("worse", 9.0)];
+        let text = format_plain(&StabilityReport { rows, ..report });
+        assert!(text.find("worse") < text.find("even"), "{text}");
+    }
 }

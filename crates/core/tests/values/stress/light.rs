@@ -323,3 +323,24 @@ fn cameras() {
     wide.cameras[0].aspect = Some(3.0);
     expect_finding(&wide, FindingCode::StretchedPicture, PictureWrong, &[]);
 }
+
+/// Protects: a lens that is focused on a near object before a wall is focused on something.
+#[test]
+fn a_lens_focused_before_a_wall() {
+    let wall = quad([-20.0, -20.0, -20.0], [40.0, 0.0, 0.0], [0.0, 40.0, 0.0]);
+    let mut lens = scene(&json!({
+        "objects": [object("ball", ball([0.0; 3], 0.8), "paint"), object("wall", wall, "other")],
+    }));
+    lens.cameras[0].projection = serde_json::from_value(json!({
+        "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": 0.2, "focus_distance": 5.5 }
+    }))
+    .expect("a lens");
+    let findings = summarise_findings(&lens).findings;
+    assert!(
+        findings
+            .iter()
+            .all(|finding| finding.code != FindingCode::FocusNowhere),
+        "{:?}",
+        listed(&findings)
+    );
+}
