@@ -114,6 +114,41 @@ fn denoised_pictures_have_a_claim_of_their_own() {
     assert!(fewer <= plain, "{fewer} with denoising, {plain} without");
 }
 
+/// Protects: a target error that the denoised picture reaches ends the render, although the noisy
+/// picture has not reached it.
+#[test]
+fn denoised_pictures_reach_their_error_first() {
+    let sandbox = Sandbox::new();
+    let samples = |more: &str| {
+        let line = format!(
+            "render preset:cornell -s 64x64 --max-error 0.08 -o a.png --stats a.json -q{more}"
+        );
+        sandbox
+            .run(&line.split(' ').collect::<Vec<_>>())
+            .exits_with(0);
+        let text = std::fs::read(sandbox.path("a.json")).expect("statistics");
+        let stats: Value = serde_json::from_slice(&text).expect("JSON");
+        stats["samples"].as_u64().expect("samples")
+    };
+    let (plain, denoised) = (samples(""), samples(" --denoise"));
+    assert!(
+        denoised < plain,
+        "{denoised} with denoising, {plain} without"
+    );
+}
+
+/// Protects: `denoise` starts no more threads than the machine has processors, with a note.
+#[test]
+fn denoising_has_a_thread_for_each_processor() {
+    let sandbox = sandbox();
+    render(&sandbox, "--spp 8 --denoise --checkpoint a.film -o a.png").exits_with(0);
+    let line = "denoise a.film --threads 1000 -o b.png";
+    sandbox
+        .run(&line.split(' ').collect::<Vec<_>>())
+        .exits_with(0)
+        .prints_like("--threads 1000: the number of threads is ");
+}
+
 /// Protects: a crop is denoised as a picture of its own, and uncovered pixels stay transparent and
 /// black, with finite values everywhere.
 #[test]

@@ -291,6 +291,22 @@ fn files_outside_are_read_where_allowed() {
         .exits_with(0);
 }
 
+/// Protects: an object of a pixel, which a coarse picture misses, is not nothing to see.
+#[test]
+fn an_object_of_a_pixel_is_something_to_see() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "a.scene.toml",
+        "format = 1\nsky.constant = 1\n[[cameras]]\npose.look_at = { eye = [0, 0, 10], target = [0, 0, 0] }\nprojection.pinhole = { vertical_fov = 40 }\n\
+        [[materials]]\nname = \"m\"\nmodel.classic = { colour = 1 }\n\
+        [[objects]]\nshape.sphere = { centre = [0.013, 0.017, 0], radius = 0.012 }\nmaterial = \"m\"\n",
+    );
+    let line = "render a.scene.toml -s 640x480 --spp 1 -o a.png -q";
+    sandbox
+        .run(&line.split(' ').collect::<Vec<_>>())
+        .exits_with(0);
+}
+
 /// Protects: a picture without any hit reports the scene's position; a picture with hits does not.
 /// A model without lights gets the studio, whatever emits in it, with a note; a deliberately dark
 /// scene stays dark.

@@ -552,6 +552,50 @@ fn lamps_in_cupboards_are_named() {
     );
 }
 
+/// Protects: the picture of a dark model with `--exposure auto` is that with the number that it
+/// chooses, the studio's backdrop included.
+#[test]
+fn a_chosen_exposure_is_that_of_its_number() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "a.obj",
+        "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n",
+    );
+    sandbox.write("a.mtl", "newmtl m\nKd 0.0005 0.0005 0.0005\nillum 1\n");
+    let picture = |stops: &str| {
+        let line = format!("render a.obj -s 24x16 --spp 4 --exposure {stops} -o a.png -q");
+        sandbox
+            .run(&line.split(' ').collect::<Vec<_>>())
+            .exits_with(0);
+        sandbox.stored("a.png")
+    };
+    let auto = picture("auto");
+    let settings = auto.metadata().settings.clone();
+    let stops = settings
+        .split("exposure=")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next())
+        .unwrap_or_else(|| panic!("{settings}"));
+    assert_ne!(stops, "0");
+    assert!(auto.picture.rgb == picture(stops).picture.rgb, "{stops}");
+}
+
+/// Protects: a picture of surfaces in view that no light reaches is a warning.
+#[test]
+fn a_nearly_black_picture_is_a_warning() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "dark.scene.toml",
+        "format = 1\n[[cameras]]\npose.look_at = { eye = [0, 0, 2], target = [0, 0, 0] }\nprojection.pinhole = { vertical_fov = 40 }\n\
+        [[materials]]\nname = \"m\"\nmodel.physical = {}\n[[objects]]\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\nmaterial = \"m\"\n",
+    );
+    let line = "render dark.scene.toml --env none -s 8x8 --spp 1 -o a.png";
+    sandbox
+        .run(&line.split(' ').collect::<Vec<_>>())
+        .exits_with(0)
+        .prints_like("warning: the picture is nearly black, because hardly any light reaches the surfaces in view");
+}
+
 /// Protects: a picture with more than a fifth clipped gives a warning in any case; `--exposure
 /// auto` uses the recommended exposure, in the picture, in its metadata, for a film, and once for
 /// all pictures of a scene.

@@ -235,6 +235,28 @@ fn closed_gaps_are_a_warning() {
     );
 }
 
+/// Protects: partly transparent surfaces in one place are a warning with both names, also in a
+/// scene without a closed gap.
+#[test]
+fn coincident_surfaces_are_a_warning() {
+    let sandbox = Sandbox::new();
+    let head = "format = 1\n[render]\nsize = [8, 8]\nsamples = 1\n[sky]\nconstant = 1\n\
+                [[materials]]\nname = \"veil\"\nmodel.physical = { alpha = \"blend\", opacity = 0.5 }\n";
+    let quad = |name: &str| {
+        format!(
+            "[[objects]]\nname = \"{name}\"\nshape.quad = {{ corner = [-1, -1, 0], edge_u = [2, 0, 0], edge_v = [0, 2, 0] }}\nmaterial = \"veil\"\n"
+        )
+    };
+    sandbox.write(
+        "a.scene.toml",
+        head.to_owned() + &quad("one") + &quad("other"),
+    );
+    sandbox
+        .run(&["render", "a.scene.toml"])
+        .exits_with(0)
+        .prints_like("warning: surfaces of object `one` and object `other` lie in one place");
+}
+
 /// Protects: a lamp that shines through a cover within rounding error gives a warning with both
 /// names, a distance at which the cover is dark, as verified, and advice, also in the statistics;
 /// in f64 no warning appears.

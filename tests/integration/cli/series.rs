@@ -435,3 +435,68 @@ fn an_interrupted_run_keeps_what_is_finished() {
     }
     assert_eq!(frames, finished);
 }
+
+/// Protects: an exposure chosen for a scene is not that of the next scene of the run.
+#[test]
+fn each_scene_has_its_own_exposure() {
+    let sandbox = Sandbox::new();
+    for (name, light) in [("bright", 40.0), ("dim", 0.5)] {
+        let text = format!(
+            "format = 1\nsky.constant = {light}\n[render]\nsize = [8, 8]\nsamples = 1\ntone_map = \"none\"\n"
+        );
+        sandbox.write(format!("{name}.scene.toml"), text);
+    }
+    let render = |words: &str| {
+        let line = format!("render {words} --exposure auto -q");
+        sandbox
+            .run(&line.split(' ').collect::<Vec<_>>())
+            .exits_with(0);
+    };
+    render("bright.scene.toml dim.scene.toml -o %d.png");
+    render("dim.scene.toml -o single.png");
+    assert_eq!(
+        sandbox.picture("1.png").rgb,
+        sandbox.picture("single.png").rgb
+    );
+}
+
+/// Protects: a run that is interrupted while it reads a further scene keeps the sheet of its
+/// finished pictures.
+#[cfg(unix)]
+#[test]
+fn reading_keeps_the_sheet_when_interrupted() {
+    let sandbox = sandbox();
+    let corners = "v 0 0 0\nv 2 0 0\nv 0 1 0\n".repeat(1_000_000);
+    sandbox.write("b.obj", corners + "f 1 2 3\n");
+    let words = [
+        "a.obj",
+        "b.obj",
+        "-s",
+        "24x16",
+        "--spp",
+        "4",
+        "--progress=none",
+        "--sheet",
+        "s.png",
+        "-o",
+        "p%d.png",
+    ];
+    let child = sandbox.command(&words).spawn().expect("starts");
+    let start = Instant::now();
+    while !sandbox.path("p0.png").exists() {
+        assert!(start.elapsed() < Duration::from_secs(120), "no picture");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    std::thread::sleep(Duration::from_millis(50));
+    let id = child.id().to_string();
+    let sent = std::process::Command::new("kill")
+        .args(["-INT", &id])
+        .status();
+    assert!(sent.expect("kill runs").success());
+    let run = child.wait_with_output().expect("ends");
+    assert_eq!(run.status.code(), Some(130));
+    assert_eq!(
+        sandbox.names(),
+        ["a.obj", "b.obj", "p0.png", "s.partial.png"]
+    );
+}

@@ -322,3 +322,36 @@ fn other_programs_take_no_place() {
         began.elapsed()
     );
 }
+
+/// Protects: requests that are refused because too many are in progress take no place of later
+/// ones: when the others have ended, the page is served again.
+#[test]
+fn refused_requests_take_no_place() {
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
+    let viewer = Viewer::start(&sandbox, &["room.scene.toml", "--spp", "4"]);
+    let unfinished = format!(
+        "POST /{}/wish HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: 1\r\n\r\n",
+        viewer.token,
+        host = viewer.host
+    );
+    let until = |status: u16| {
+        let began = Instant::now();
+        while viewer.get("page.js").status != status {
+            assert!(began.elapsed() < Duration::from_secs(20), "no {status}");
+        }
+    };
+    let others: Vec<TcpStream> = (0..32)
+        .map(|_| {
+            let mut stream = TcpStream::connect(&viewer.host).expect("the program listens");
+            stream.write_all(unfinished.as_bytes()).expect("a request");
+            stream
+        })
+        .collect();
+    until(503);
+    for _ in 0..40 {
+        viewer.get("page.js");
+    }
+    drop(others);
+    until(200);
+}
