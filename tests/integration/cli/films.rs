@@ -428,7 +428,7 @@ fn going_on_is_explained() {
     let run = sandbox.run(&[
         "preset:cornell",
         "-s",
-        "24x24",
+        "12x12",
         "--max-error",
         "0.08",
         "-o",

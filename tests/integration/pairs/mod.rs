@@ -25,22 +25,27 @@ fn pool(threads: usize) -> ThreadPool {
     pool.expect("a few threads")
 }
 
+/// Finding of a check that panics.
+const PANIC: &str = "a panic";
+
 /// Finding of a check for a row of values.
 fn find(row: &Choice, check: &Check, pools: [&ThreadPool; 2]) -> Finding {
     let found = || match Case::new(row, pools) {
         Ok(case) => check.1(&case),
         Err(error) => Some(error),
     };
-    catch_unwind(AssertUnwindSafe(found)).unwrap_or_else(|_| Some("a panic".to_owned()))
+    catch_unwind(AssertUnwindSafe(found)).unwrap_or_else(|_| Some(PANIC.to_owned()))
 }
 
-/// The row with as many plain values as leave the finding.
-fn smallest(row: &Choice, check: &Check, pools: [&ThreadPool; 2]) -> Choice {
+/// The row with as many plain values as leave the finding. Values that do not go together panic,
+/// which is another finding.
+fn smallest(row: &Choice, check: &Check, pools: [&ThreadPool; 2], finding: &str) -> Choice {
+    let is_alike = |found: String| (found == PANIC) == (finding == PANIC);
     let mut small = row.clone();
     for axis in 0..row.len() {
         let mut plain = small.clone();
         plain[axis] = 0;
-        if plain != small && find(&plain, check, pools).is_some() {
+        if plain != small && find(&plain, check, pools).is_some_and(is_alike) {
             small = plain;
         }
     }
@@ -53,13 +58,13 @@ fn findings(row: &Choice, pools: [&ThreadPool; 2], shown: &AtomicUsize) -> Vec<S
     let case = match case {
         Ok(Ok(case)) => case,
         Ok(Err(error)) => return vec![format!("no picture: {error}\n    {}\n", name(row))],
-        Err(_) => return vec![format!("a panic\n    {}\n", name(row))],
+        Err(_) => return vec![format!("{PANIC}\n    {}\n", name(row))],
     };
     let found = |check: &Check| {
         let caught = catch_unwind(AssertUnwindSafe(|| check.1(&case)));
-        let finding = caught.unwrap_or_else(|_| Some("a panic".to_owned()))?;
+        let finding = caught.unwrap_or_else(|_| Some(PANIC.to_owned()))?;
         let small = match shown.fetch_add(1, Ordering::Relaxed) {
-            0..SHOWN => smallest(row, check, pools),
+            0..SHOWN => smallest(row, check, pools, &finding),
             _ => row.clone(),
         };
         Some(format!("{}: {finding}\n    {}\n", check.0, name(&small)))

@@ -17,7 +17,7 @@
 //!   incidence.
 
 use super::albedo::{Albedo, MEAN_GRAZING};
-use super::microfacet_reflectance::LEAST_UNREFLECTED;
+use super::fresnel::LEAST_UNREFLECTED;
 use crate::number::{Mask, Number, Vector3};
 
 /// Returns the directional albedo in [0, 1] of microfacets with Schlick's reflectance, from `f0` at
@@ -154,7 +154,8 @@ impl<N: Number> EnergyComplement<N> {
     /// Returns the single-scattering albedo of a layer that follows Fresnel's equations.
     /// `scattered` is the albedo for the index of refraction alone, `normal` the reflectance of
     /// that index at normal incidence. The layer's tint may change the reflectance at normal
-    /// incidence, as in [`MicrofacetReflectance`](super::microfacet_reflectance::MicrofacetReflectance).
+    /// incidence: what it takes away fades as Schlick's weight rises, what it adds fades as the
+    /// reflectance rises.
     pub(super) fn fresnel_layer_albedo(&self, scattered: N, normal: N, albedo: Albedo<N>) -> N {
         let white = N::ONE - albedo.multiple_scattering_loss;
         let added = self.layer[0] - self.layer[1] * normal;

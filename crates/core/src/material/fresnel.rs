@@ -2,6 +2,9 @@
 
 use crate::number::{Number, Vector3};
 
+/// Lower limit of the light that a boundary lets pass, used as a divisor.
+pub(super) const LEAST_UNREFLECTED: f64 = 1e-9;
+
 /// Returns Schlick's weight (1 − cos)⁵: 0 at normal incidence, 1 at grazing incidence (Schlick, "An
 /// Inexpensive BRDF Model for Physically-based Rendering", 1994).
 #[inline(always)]

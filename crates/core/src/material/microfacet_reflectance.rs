@@ -1,12 +1,11 @@
 //! Reflectance of the microfacets of a layered surface: a mixture of dielectric and metal, each by
 //! Schlick's formula or by Fresnel's equations, with or without a thin film.
 
-use super::fresnel::{fresnel_conductor, fresnel_dielectric_in_air, schlick, schlick_weight};
+use super::fresnel::{
+    LEAST_UNREFLECTED, fresnel_conductor, fresnel_dielectric_in_air, schlick, schlick_weight,
+};
 use super::thin_film::ThinFilm;
 use crate::number::{Mask, Number, Vector3};
-
-/// Lower limit of the light that a boundary lets pass, used as a divisor.
-pub(super) const LEAST_UNREFLECTED: f64 = 1e-9;
 
 /// Reflectance of a microfacet as a function of the cosine of incidence.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,8 +9,7 @@ use super::buffers::find_entry;
 use super::entries::MaterialEntry as Source;
 use super::extensions;
 use super::material_table::MaterialProperty::{Checked, Color, ColorAlpha, Map, NormalMap, Number};
-use super::material_table::{CORE, GLOSSY, MATERIAL_OBJECTS, MaterialObject, UNLIT};
-use super::texture::TextureRole;
+use super::material_table::{CORE, GLOSSY, MATERIAL_OBJECTS, MaterialObject, TextureRole, UNLIT};
 use crate::import::{FaultPlace, ImportResult, format_number, sanitise_text};
 
 /// Largest scale of a normal map, which is the factor on its x and y. At larger scales the normals

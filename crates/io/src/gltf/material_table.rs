@@ -8,10 +8,24 @@ use core::f64::consts::TAU;
 use raywright_core::scene::{AlphaMode, Channel, Colour, Physical, TextureRef};
 use raywright_core::validate::{MAX_COORDINATE, MAX_MAGNITUDE, MIN_LENGTH};
 
-use super::specular_glossiness::DIELECTRIC;
-use super::texture::TextureRole;
 use Channel::{Alpha, Green, Red};
 use TextureRole::{Color, Data, Single};
+
+/// Reflectance at normal incidence of a dielectric with the index of refraction 1.5. The renderer
+/// multiplies the specular colour by this reflectance; therefore the file's specular colour is
+/// divided by it.
+const DIELECTRIC: f64 = 0.04;
+
+/// Use of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TextureRole {
+    /// Colours, encoded in sRGB.
+    Color,
+    /// Data that is not a colour, such as roughness or normals; stored linearly.
+    Data,
+    /// A single channel of data.
+    Single(Channel),
+}
 
 /// Sets a value of a material of the scene.
 type Setter<T> = fn(&mut Physical, T);

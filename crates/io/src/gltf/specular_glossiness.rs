@@ -14,11 +14,6 @@ use super::entries::MaterialEntry;
 use super::material_table::{GLOSSY, MaterialObject};
 use crate::import::ImportResult;
 
-/// Reflectance at normal incidence of a dielectric with the index of refraction 1.5. The renderer
-/// multiplies the specular colour by this reflectance; therefore the file's specular colour is
-/// divided by it.
-pub(super) const DIELECTRIC: f64 = 0.04;
-
 impl GltfImport<'_> {
     /// Sets base colour, metalness, roughness, opacity and reflectance from specular-glossiness
     /// data.

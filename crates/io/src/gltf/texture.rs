@@ -4,30 +4,20 @@
 use std::borrow::Cow;
 
 use raywright_core::scene::{
-    Channel, Colour, ColourSpace, Image as SceneImage, Texture as SceneTexture, TextureFilter,
-    TextureRef, WrapMode,
+    Colour, ColourSpace, Image as SceneImage, Texture as SceneTexture, TextureFilter, TextureRef,
+    WrapMode,
 };
 use raywright_core::validate::MAX_COORDINATE;
 
 use super::GltfImport;
 use super::buffers::find_entry;
 use super::entries::{ImageEntry, TextureEntry, TextureInfo, TextureSampler, TextureTransform};
+use super::material_table::TextureRole;
 use crate::import::{Fault, FaultPlace, ImportResult, catch_invalid_input};
 use crate::{image_file, uri};
 
 /// Largest number of texture coordinate sets; the specification requires two.
 pub(super) const MOST_UV_SETS: u32 = raywright_core::scene::MOST_UV_SETS as u32;
-
-/// Use of a texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum TextureRole {
-    /// Colours, encoded in sRGB.
-    Color,
-    /// Data that is not a colour, such as roughness or normals; stored linearly.
-    Data,
-    /// A single channel of data.
-    Single(Channel),
-}
 
 impl<'a> GltfImport<'a> {
     /// Returns a material's texture reference; `None` without a texture. If the image is

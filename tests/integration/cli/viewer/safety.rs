@@ -341,7 +341,7 @@ fn refused_requests_take_no_place() {
             assert!(began.elapsed() < Duration::from_secs(20), "no {status}");
         }
     };
-    let others: Vec<TcpStream> = (0..32)
+    let others: Vec<TcpStream> = (0..40)
         .map(|_| {
             let mut stream = TcpStream::connect(&viewer.host).expect("the program listens");
             stream.write_all(unfinished.as_bytes()).expect("a request");

@@ -1,7 +1,6 @@
 //! Exposures of models that are lit as Blender exports them: by suns and lamps of many lux.
 
 use raywright_core::prepare;
-use raywright_core::scene::Pose;
 use raywright_core::settings::{Background, Crop, Sampling, Settings};
 use raywright_io::{Input, LoadOptions, load};
 
@@ -187,11 +186,12 @@ fn rooms_without_light_are_shown_below_white() {
         let material = format!("newmtl wall\nKd {white} {white} {white}\n");
         std::fs::write(folder.path().join("room.mtl"), material).expect("a file");
         let mut loaded = load(&Input::Path(file.clone()), &LoadOptions::default()).expect("a room");
-        loaded.scene.cameras[0].pose = Pose::LookAt {
-            eye: [0.5, 0.2, 1.5],
-            target: [0.0; 3],
-            up: [0.0, 1.0, 0.0],
-        };
+        let camera = serde_json::json!({
+            "pose": { "look_at": { "eye": [0.5, 0.2, 1.5], "target": [0, 0, 0] } },
+            "projection": { "pinhole": { "vertical_fov": 50 } },
+        });
+        let camera = serde_json::from_value(camera).expect("a camera");
+        loaded.scene.cameras.push(camera);
         let (chosen, level) = expose(&loaded);
         assert!((0.3..0.75).contains(&level), "{white}: {chosen:?} {level}");
     }
