@@ -76,7 +76,6 @@ fn findings(row: &Choice, pools: [&ThreadPool; 2], shown: &AtomicUsize) -> Vec<S
 /// with one thread and seven, whole and in parts, stopped and continued, in a crop and in a file,
 /// to the bit; and up to rounding in the other precision, and described in another way.
 #[test]
-#[ignore = "open finding: light through absent glass around glass, in two of its scenes"]
 fn pairs_of_features_keep_their_pictures() {
     let (rows, next, shown) = (cover(), AtomicUsize::new(0), AtomicUsize::new(0));
     let all = Mutex::new(Vec::new());

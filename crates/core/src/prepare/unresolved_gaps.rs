@@ -252,7 +252,7 @@ mod tests {
                 [(0, 0)]
             );
             let once = ("v", json!({ "mesh": "once" }));
-            assert_eq!(pairs(precision, &[once.clone()]), []);
+            assert_eq!(pairs(precision, core::slice::from_ref(&once)), []);
             assert_eq!(pairs(precision, &[once.clone(), once]), [(0, 1)]);
             let apart = [("v", quad(0.0)), ("v", quad(1e-3))];
             assert_eq!(pairs(precision, &apart), []);

@@ -102,7 +102,7 @@ fn write_partial_report(
     let name = output::write_file_without_overwriting(
         &output::partial_picture_path(path),
         text.as_bytes(),
-        &|path: &Path| session.outputs.is_free_path(path, &loaded.inputs),
+        |path: &Path| session.outputs.is_free_path(path, &loaded.inputs),
     )?;
     session.verbosity.print_result_message(name.display());
     Ok(())

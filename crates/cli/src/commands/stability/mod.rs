@@ -88,8 +88,11 @@ struct StabilityReport {
     seconds: f64,
 }
 
-/// Functions that format the report for a file, each with the extension that selects it.
-const FORMATS: [(&str, fn(&StabilityReport) -> String); 4] = [
+/// Function that formats the report.
+type ReportFormat = fn(&StabilityReport) -> String;
+
+/// Formats of the report for a file, each with the extension that selects it.
+const FORMATS: [(&str, ReportFormat); 4] = [
     ("html", page::build_page),
     ("svg", |report| page::build_margin_plot(report).to_svg()),
     ("md", text::format_markdown),
