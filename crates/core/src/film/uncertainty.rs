@@ -20,9 +20,8 @@
 //! to the pixel's neighbours as far as their differences are noise
 //! ([`Surroundings`](super::relative_error::Surroundings)). The remaining uncertainty of the true
 //! colour makes two estimates, relative to the likeliest colour with and without the colour's
-//! variance. The value is their geometric mean. The true error may lie anywhere between both: the
-//! variance of a uniform distribution, a twelfth of their squared distance, widens the interval.
-//! With fewer than four replicates no other pair exists; then the value is a guess without an
+//! variance. The value is their geometric mean, and half of their distance its standard error. With
+//! fewer than four replicates no other pair exists; then the value is a guess without an
 //! interval.
 //!
 //! The variance is a sum that few pixels may dominate, as at a lamp's ends. Then it is as uncertain

@@ -142,7 +142,7 @@ impl VarianceSum {
         let spread = (products / (middle * middle)).max(minimum)
             + self.uncertainty / (middle * middle)
             + RARE_LIGHT_ERROR * rarity / self.carriers()
-            + libm::log(likeliest / variance).powi(2) / 12.0;
+            + (libm::log(likeliest / variance) / 2.0).powi(2);
         // Degrees of freedom of the sum, rounded down; infinite without any contribution.
         let factor = student_factor_95(if freedom.is_finite() {
             freedom as u32
