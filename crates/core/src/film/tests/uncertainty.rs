@@ -110,14 +110,13 @@ fn rare_bright_samples_are_in_both() {
 }
 
 /// Protects: intervals of pictures with known noise contain the error in 93 to 97 of 100, for even
-/// noise and for noise nearly all in a tenth of the pixels. A known gap (`docs/gaps.md`): in at most
-/// 97.5 for independent channels, in at least 92 for noise as skewed as that of 36 exponential
-/// numbers.
+/// noise, for noise nearly all in a tenth of the pixels, for independent channels, and for noise as
+/// skewed as that of 36 exponential numbers. Of 4000 films the share is known to 0.4 of 100.
 #[test]
 fn intervals_hold_known_errors() {
     /// Noise of one channel of a pixel, by its own address.
     type Noise<'a> = &'a dyn Fn(usize, u64, u64) -> f64;
-    const FILMS: u64 = 1000;
+    const FILMS: u64 = 4000;
     const PIXELS: usize = 300;
     let uniform = |address: u64| ((splitmix64(address) >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
     let exponential = move |address: u64| -uniform(address).ln();
@@ -171,12 +170,7 @@ fn intervals_hold_known_errors() {
             held += u64::from((estimate.low..=estimate.high).contains(&error));
         }
         let share = held as f64 / FILMS as f64;
-        let expected = match name {
-            "by channel" => 0.93..=0.975,
-            "skewed" => 0.92..=0.97,
-            _ => 0.93..=0.97,
-        };
-        assert!(expected.contains(&share), "{name}: {share}");
+        assert!((0.93..=0.97).contains(&share), "{name}: {share}");
     }
 }
 
