@@ -335,23 +335,24 @@ fn refused_requests_take_no_place() {
         viewer.token,
         host = viewer.host
     );
-    let until = |status: u16| {
-        let began = Instant::now();
-        while viewer.get("page.js").status != status {
-            assert!(began.elapsed() < Duration::from_secs(20), "no {status}");
-        }
-    };
-    let others: Vec<TcpStream> = (0..40)
-        .map(|_| {
+    // A server on a busy machine may end some requests before it has read the last ones of a batch.
+    let began = Instant::now();
+    let is_early = || began.elapsed() < Duration::from_secs(60);
+    let mut others = Vec::new();
+    while viewer.get("page.js").status != 503 {
+        assert!(is_early(), "no 503");
+        others.extend((0..40).map(|_| {
             let mut stream = TcpStream::connect(&viewer.host).expect("the program listens");
-            stream.write_all(unfinished.as_bytes()).expect("a request");
+            // The program may have closed the connection already.
+            let _ = stream.write_all(unfinished.as_bytes());
             stream
-        })
-        .collect();
-    until(503);
+        }));
+    }
     for _ in 0..40 {
         viewer.get("page.js");
     }
     drop(others);
-    until(200);
+    while viewer.get("page.js").status != 200 {
+        assert!(is_early(), "no 200");
+    }
 }
