@@ -7,7 +7,7 @@ use raywright_core::film::Film;
 use raywright_core::{Observer, RenderOutput};
 use raywright_io::Error;
 
-use super::developing::{FilmOutputs, report_files};
+use super::film_outputs::{FilmOutputs, report_files};
 use super::render::film::read_own_film;
 use crate::args::{DenoiseArgs, ProgressStyle};
 use crate::console::Verbosity;

@@ -8,7 +8,7 @@ use raywright_io::output::StoredFilm;
 use raywright_io::report::format_count;
 use raywright_io::{Error, Limits};
 
-use super::developing::{FilmOutputs, report_files};
+use super::film_outputs::{FilmOutputs, report_files};
 use super::render::film::read_own_film;
 use super::render::write;
 use crate::args::MergeArgs;
