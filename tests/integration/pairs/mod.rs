@@ -28,12 +28,9 @@ fn pool(threads: usize) -> ThreadPool {
 /// Finding of a check that panics.
 const PANIC: &str = "a panic";
 
-/// Finding of a check for a row of values.
+/// Finding of a check for a row of values; `None` where the values make no scene.
 fn find(row: &Choice, check: &Check, pools: [&ThreadPool; 2]) -> Finding {
-    let found = || match Case::new(row, pools) {
-        Ok(case) => check.1(&case),
-        Err(error) => Some(error),
-    };
+    let found = || Case::new(row, pools).ok().and_then(|case| check.1(&case));
     catch_unwind(AssertUnwindSafe(found)).unwrap_or_else(|_| Some(PANIC.to_owned()))
 }
 

@@ -157,6 +157,32 @@ fn a_camera_in_bodies() {
     );
 }
 
+/// Protects: glass whose surface is absent by alpha neither absorbs nor hides another body, with the
+/// camera before it and inside it, alone and around a slab of ice.
+#[test]
+fn absent_bodies_do_nothing() {
+    for alpha in [json!("blend"), json!({ "mask": { "cutoff": 0.5 } })] {
+        let ghost = json!({ "opacity": 0, "alpha": alpha, "attenuation_colour": [0.8, 0.4, 0.3], "attenuation_distance": 1 });
+        let materials = [
+            glass("ghost", 1.5, 2, ghost),
+            glass("ice", 1.31, 1, json!({})),
+        ];
+        let slabs = [slab(0.0, 3.0, "ghost"), slab(1.0, 2.0, "ice")];
+        let through = border_transmittance(1.0, 1.31).powi(2);
+        for (slabs, depth, expected) in [(&slabs[..1], 1, 3.0), (&slabs, 3, 3.0 * through)] {
+            for height in [2.5, 4.0] {
+                expect_pixels(
+                    &stack(&materials, slabs),
+                    [[0.3, height, 0.2], [0.3, -5.0, 0.2]],
+                    depth,
+                    [expected; 3],
+                    &format!("{alpha}, {} bodies from {height}", slabs.len()),
+                );
+            }
+        }
+    }
+}
+
 /// Protects: a boundary between bodies of equal index reflects nothing at any angle, even where air
 /// would cause total reflection; between two indices it has the Fresnel reflectance of their ratio;
 /// a plastic in liquid reflects by its index over the liquid's.

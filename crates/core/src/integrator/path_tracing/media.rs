@@ -88,11 +88,11 @@ impl<R: Real> PathTracer<'_, R> {
                 break;
             };
             let interaction = Interaction::from_hit(scene, &segment, &hit);
-            if scene.materials[interaction.material as usize]
-                .absorption()
-                .is_some()
-                || self.has_nested_dielectrics() && self.is_glass_boundary(interaction.material)
-            {
+            let material = &scene.materials[interaction.material as usize];
+            let context = scene.texture_tables.shading_context(&interaction);
+            let is_boundary = material.absorption().is_some()
+                || self.has_nested_dielectrics() && self.is_glass_boundary(interaction.material);
+            if is_boundary && material.alpha_at(&context) > R::ZERO {
                 if interaction.outside || entered.contains(interaction.material) {
                     entered = entered.cross_boundary(interaction.material, interaction.outside);
                 } else {
@@ -132,9 +132,11 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn attenuate_by_media(&self, path: &mut PathState<R>, interaction: &Interaction<R>) {
         if self.scene.absorbs {
             // A hit from inside implies a body around the path, even if no hit recorded the entry.
-            let around = self
-                .effective_medium(&path.media)
-                .or((!interaction.outside).then_some(interaction.material));
+            // A body whose surface is absent is not there.
+            let around = self.effective_medium(&path.media).or_else(|| {
+                (!interaction.outside && !self.is_absent(path, interaction))
+                    .then_some(interaction.material)
+            });
             path.throughput *= self.single_medium_transmittance(around, interaction.distance);
         }
     }

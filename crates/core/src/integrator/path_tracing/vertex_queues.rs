@@ -165,18 +165,8 @@ impl<R: Real> PathTracer<'_, R> {
         path: &mut PathState<R>,
         interaction: &Interaction<R>,
     ) -> Option<bool> {
-        if let PreparedMaterial::Physical(m) = &self.scene.materials[interaction.material as usize]
-            && m.alpha != AlphaMode::Opaque
-        {
-            let alpha = m.alpha_at(&self.scene.texture_tables.shading_context(interaction));
-            // Stochastic alpha: a partly transparent surface is present with a probability of its
-            // alpha.
-            let absent = alpha < R::ONE
-                && (alpha <= R::ZERO
-                    || R::from_f32(sample_2d(path.address, SamplePurpose::Coverage)[0]) >= alpha);
-            if absent {
-                return Some(self.pass_through_surface(path, interaction));
-            }
+        if self.is_absent(path, interaction) {
+            return Some(self.pass_through_surface(path, interaction));
         }
         if self.has_nested_dielectrics()
             && let Some(beyond) = self.media_behind_hidden_boundary(&path.media, interaction)
@@ -186,6 +176,23 @@ impl<R: Real> PathTracer<'_, R> {
         }
         let tint = self.index_matched_tint(path, interaction)?;
         Some(self.pass_index_matched_boundary(path, interaction, tint))
+    }
+
+    /// Whether a surface is absent at the hit. Stochastic alpha: a partly transparent surface is
+    /// present with a probability of its alpha.
+    #[inline]
+    pub(super) fn is_absent(&self, path: &PathState<R>, interaction: &Interaction<R>) -> bool {
+        let PreparedMaterial::Physical(m) = &self.scene.materials[interaction.material as usize]
+        else {
+            return false;
+        };
+        if m.alpha == AlphaMode::Opaque {
+            return false;
+        }
+        let alpha = m.alpha_at(&self.scene.texture_tables.shading_context(interaction));
+        alpha < R::ONE
+            && (alpha <= R::ZERO
+                || R::from_f32(sample_2d(path.address, SamplePurpose::Coverage)[0]) >= alpha)
     }
 
     /// Adds a vertex on an uncommon surface to the general queue. Returns false if the path ends at
