@@ -65,7 +65,8 @@ impl<N: Number> MultipleScattering<N> {
     ) -> Self {
         let one = N::Vec3::ONE;
         let bare = Self::without_view(RoughBoundaryKind::Boundary { eta, tint }, roughness);
-        let [own, beyond] = [eta, N::ONE / eta].map(|eta| bare.boundary_loss(eta, tint, None));
+        let [own, beyond] =
+            [eta, N::ONE / eta].map(|eta| boundary_loss([eta, roughness], tint, None));
         // Mean reflectance of a smooth boundary on its side of lower index, and a factor on the
         // mean transmittance: 1 on the side of lower index, 1/η² on the side of higher index.
         let smooth = |lane: usize| {
@@ -82,7 +83,7 @@ impl<N: Number> MultipleScattering<N> {
         let reflected = mix_by_tint::<N>(tint[0], [N::Vec3::ZERO, N::Vec3::splat(mean), one]);
         let through = (one - reflected) * dense * (own.min(beyond) * clamped_inverse::<N>(own));
         bare.with_view(
-            bare.boundary_loss(eta, tint, Some(cosine)) * share,
+            boundary_loss([eta, roughness], tint, Some(cosine)) * share,
             [one - through, through * transmitted],
             [own, beyond],
         )
@@ -136,39 +137,12 @@ impl<N: Number> MultipleScattering<N> {
         }
     }
 
-    /// Returns the share of light that a dielectric boundary loses by single scattering. `cosine`
-    /// lies on the side whose index over the other side's index is `eta`; `None` selects the
-    /// hemispherical mean.
-    fn boundary_loss(&self, eta: N, tint: [N::Vec3; 2], cosine: Option<N>) -> N::Vec3 {
-        let both = <N::Vec3 as Vector3<N>>::from_lanes(|lane| {
-            let [whole, clear] = rough_boundary_tables::single_scattering_loss(
-                eta.lane(lane),
-                self.roughness.lane(lane),
-                cosine.map(|cosine| cosine.lane(lane)),
-            );
-            glam::DVec3::new(whole, clear, 0.0)
-        });
-        let [clear, whole] = [both.y(), both.x()].map(N::Vec3::splat);
-        let all = if tint[1].max_element().greater_than(N::ONE).any_lane() {
-            let albedo = cosine.map_or_else(
-                || Albedo::mean(self.roughness),
-                |cosine| Albedo::at_cosine(cosine, self.roughness),
-            );
-            N::Vec3::splat(albedo.multiple_scattering_loss)
-        } else {
-            whole
-        };
-        // Of the losses at the least and the greatest tint, the lesser loss gains no energy.
-        let [least, most] = tint.map(|tint| mix_by_tint::<N>(tint, [clear, whole, all]));
-        least.min(most).max(N::Vec3::ZERO).min(N::Vec3::ONE)
-    }
-
     /// Returns the share of light from a direction that single scattering loses. `beyond`: whether
     /// the direction lies on the far side instead of the view's side.
     fn lost_energy(&self, direction: N::Vec3, cosine: N, beyond: bool) -> N::Vec3 {
         match &self.boundary_kind {
-            RoughBoundaryKind::Boundary { eta, tint } => self.boundary_loss(
-                if beyond { N::ONE / *eta } else { *eta },
+            RoughBoundaryKind::Boundary { eta, tint } => boundary_loss(
+                [if beyond { N::ONE / *eta } else { *eta }, self.roughness],
                 *tint,
                 Some(cosine),
             ),
@@ -184,6 +158,37 @@ impl<N: Number> MultipleScattering<N> {
         let sum = self.view_shares[0] + self.view_shares[1];
         N::select(sum.greater_than(N::ZERO), self.view_shares[0] / sum, N::ONE)
     }
+}
+
+/// Returns the share of light that a dielectric boundary loses by single scattering. `cosine`
+/// lies on the side whose index over the other side's index is `eta`; `None` selects the
+/// hemispherical mean.
+pub(super) fn boundary_loss<N: Number>(
+    [eta, roughness]: [N; 2],
+    tint: [N::Vec3; 2],
+    cosine: Option<N>,
+) -> N::Vec3 {
+    let both = <N::Vec3 as Vector3<N>>::from_lanes(|lane| {
+        let [whole, clear] = rough_boundary_tables::single_scattering_loss(
+            eta.lane(lane),
+            roughness.lane(lane),
+            cosine.map(|cosine| cosine.lane(lane)),
+        );
+        glam::DVec3::new(whole, clear, 0.0)
+    });
+    let [clear, whole] = [both.y(), both.x()].map(N::Vec3::splat);
+    let all = if tint[1].max_element().greater_than(N::ONE).any_lane() {
+        let albedo = cosine.map_or_else(
+            || Albedo::mean(roughness),
+            |cosine| Albedo::at_cosine(cosine, roughness),
+        );
+        N::Vec3::splat(albedo.multiple_scattering_loss)
+    } else {
+        whole
+    };
+    // Of the losses at the least and the greatest tint, the lesser loss gains no energy.
+    let [least, most] = tint.map(|tint| mix_by_tint::<N>(tint, [clear, whole, all]));
+    least.min(most).max(N::Vec3::ZERO).min(N::Vec3::ONE)
 }
 
 /// Returns a quantity that is linear in the reflectance of a boundary, from its values for no

@@ -162,11 +162,16 @@ fn room(faces: &[usize], side: &str, material: serde_json::Value) -> crate::Scen
     .unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Returns whether a lamp at the camera lights the scene, and the mean radiance of its picture.
+/// Returns whether a lamp at the camera lights the scene, and the mean radiance of its picture. The
+/// camera looks at the middle of the room's last wall.
 fn look_from(scene: &crate::Scene, eye: [f64; 3]) -> (bool, f32) {
+    look_along(scene, eye, [0.0, 0.0, -2.0])
+}
+
+fn look_along(scene: &crate::Scene, eye: [f64; 3], target: [f64; 3]) -> (bool, f32) {
     let pose = Pose::LookAt {
         eye,
-        target: [0.0, 0.0, -2.0],
+        target,
         up: [0.0, 1.0, 0.0],
     };
     let pinhole = crate::scene::Pinhole {
@@ -211,6 +216,21 @@ fn enclosed_cameras_carry_a_lamp() {
         ..Studio::default()
     }));
     assert!(!look_from(&unlit, [0.3, 0.2, 1.5]).0, "a backdrop alone");
+}
+
+/// Protects: a closed room far from the origin is lit from the camera within as one at the origin.
+#[test]
+fn enclosed_cameras_far_away_carry_a_lamp() {
+    for far in [1e3, 1e6, 1e9] {
+        let mut scene = room(&[0, 1, 2, 3, 4, 5], "both", serde_json::json!({}));
+        for object in &mut scene.objects {
+            (object.transform).push(crate::scene::TransformStep::Translate([far, 0.0, -far]));
+        }
+        let [eye, target] = [[0.3, 0.2, 1.5], [0.0, 0.0, -2.0]];
+        let [eye, target] = [eye, target].map(|[x, y, z]: [f64; 3]| [x + far, y, z - far]);
+        let (has_lamp, mean) = look_along(&scene, eye, target);
+        assert!(has_lamp && mean > 0.2, "{far} metres away: {mean}");
+    }
 }
 
 /// Protects: a prepared scene takes another camera into a closed room, and out of it, only by a new

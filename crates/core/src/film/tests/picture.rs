@@ -200,6 +200,21 @@ fn errors_of_pixels_hold_rare_light() {
     }
 }
 
+/// Protects: standard errors have one degree of freedom less than the film has replicates, and are
+/// unknown with one replicate.
+#[test]
+fn errors_have_a_freedom_less_than_replicates() {
+    for (replicates, expected) in [(1, None), (2, Some(1)), (4, Some(3)), (8, Some(7))] {
+        let settings = Settings {
+            replicates: Some(replicates),
+            ..settings(8)
+        };
+        let film = rendered(&ready(&settings));
+        let found = film.standard_errors().map(|(_, freedom)| freedom);
+        assert_eq!(found, expected, "{replicates} replicates");
+    }
+}
+
 /// Protects: the error is zero without random sampling, −1 where unknown, and estimated from eight
 /// samples on.
 #[test]

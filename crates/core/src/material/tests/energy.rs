@@ -1,5 +1,8 @@
 //! White furnaces of whole surfaces over the product of their parameters: no energy is gained.
 
+use super::super::fresnel::fresnel_dielectric_in_air;
+use super::super::multiple_scattering::boundary_loss;
+use super::super::rough_boundary_tables::UNIT;
 use super::super::*;
 use super::{NORMAL, WHITE, direction_at, furnace};
 use glam::DVec3;
@@ -45,6 +48,65 @@ fn interreflection_is_the_sum_of_its_bounces() {
         assert!(
             (found - sum).abs() < 1e-6,
             "{f0} to {f90}, {lost} lost: {found}, not {sum}"
+        );
+    }
+}
+
+/// Protects: what a boundary under a film returns by multiple scattering is at most what single
+/// scattering loses, at each tint between the least and the greatest of the film, up to the rounding
+/// of the tables.
+#[test]
+fn losses_over_tints_are_least_at_an_end() {
+    for (eta, roughness) in [0.4_f64, 0.7, 0.95, 1.05, 1.5, 2.5]
+        .into_iter()
+        .flat_map(|eta| [0.1_f64, 0.3, 0.6, 1.0].map(|roughness| (eta, roughness)))
+    {
+        for cosine in [None, Some(0.05_f64), Some(0.3), Some(0.7), Some(1.0)] {
+            let loss = |tints: [f64; 2]| {
+                boundary_loss([eta, roughness], tints.map(DVec3::splat), cosine).x
+            };
+            for ends in [[0.0, 1.0], [0.0, 2.0], [0.5, 1.5], [1.0, 2.0], [0.9, 1.2]] {
+                let found = loss(ends);
+                for step in 0..=20 {
+                    let tint = ends[0] + (ends[1] - ends[0]) * f64::from(step) / 20.0;
+                    let lost = loss([tint; 2]);
+                    assert!(
+                        found <= lost + 1.0 / UNIT,
+                        "η {eta}, roughness {roughness}, cosine {cosine:?}, tints {ends:?}: {found}, at {tint} {lost}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Protects: a smooth coat by Fresnel's equations passes what they do not reflect, at the lesser
+/// cosine of view and light.
+#[test]
+fn exact_coats_pass_what_fresnels_equations_leave() {
+    for (a, b) in [(1.0, 0.6), (0.5, 0.5), (0.9, 0.2), (0.1, 0.8)] {
+        let (wo, wi) = (direction_at(NORMAL, a, 0.4), direction_at(NORMAL, b, 2.0));
+        let bare = LayeredSurface {
+            rule: FresnelRule::Exact,
+            ..LayeredSurface::from_base(
+                MetallicRoughness {
+                    dielectric: 0.0,
+                    ..body(WHITE * 0.5, 0.0, 0.7)
+                },
+                1.0,
+            )
+        };
+        let coated = LayeredSurface {
+            coat: coat(0.0),
+            ..bare
+        };
+        let [bare, coated] =
+            [bare, coated].map(|model| model.transport_bsdf(NORMAL, wo, true).eval(wo, wi).x);
+        let expected = 1.0 - fresnel_dielectric_in_air(f64::min(a, b), 1.5);
+        assert!(
+            (coated / bare - expected).abs() < 1e-9,
+            "{a}, {b}: {}, not {expected}",
+            coated / bare
         );
     }
 }
