@@ -82,8 +82,8 @@ pub use raywright_bvh as bvh;
 #[cfg(feature = "cli")]
 pub use raywright_cli as cli;
 pub use raywright_core as core;
-pub use raywright_core::stability;
-pub use raywright_core::stress;
+#[cfg(feature = "measure")]
+pub use raywright_core::{stability, stress};
 pub use raywright_io as io;
 
 /// Items that most programs need to load, render and write a scene.

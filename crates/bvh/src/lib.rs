@@ -66,6 +66,7 @@ mod ray_ends;
 pub mod scalar;
 pub mod shapes;
 mod slot;
+#[cfg(feature = "measure")]
 pub mod stability;
 mod standard_output;
 mod stats;

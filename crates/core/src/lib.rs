@@ -80,9 +80,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
+#![cfg_attr(
+    not(feature = "measure"),
+    allow(dead_code, unused_imports, reason = "measurements alone call some items")
+)]
 
+#[cfg(feature = "measure")]
 pub mod accuracy;
 mod affine;
+#[cfg(feature = "measure")]
 pub mod bench;
 pub mod camera;
 pub mod counters;
@@ -117,8 +123,10 @@ pub mod sampler;
 pub mod scene;
 pub mod settings;
 mod shape;
+#[cfg(feature = "measure")]
 pub mod stability;
 mod storage_origin;
+#[cfg(feature = "measure")]
 pub mod stress;
 mod studio;
 pub mod suggest;

@@ -68,6 +68,7 @@ pub mod output;
 mod ply;
 mod polygon;
 pub mod presets;
+#[cfg(feature = "measure")]
 pub mod report;
 mod section;
 mod source;
