@@ -82,7 +82,11 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(
     not(feature = "measure"),
-    allow(dead_code, unused_imports, reason = "measurements alone call some items")
+    allow(
+        dead_code,
+        unused_imports,
+        reason = "measurements alone call some items"
+    )
 )]
 
 #[cfg(feature = "measure")]

@@ -14,6 +14,7 @@ use crate::scene::{Camera, Integrator, SamplePattern, Scene};
 pub use check::SettingsError;
 pub use rungs::{
     AreaShadows, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart, SamplerKind,
+    SkyChoice,
 };
 
 /// Returns the default number of replicates. Replicates are independent parts of a pixel's samples,
@@ -175,6 +176,8 @@ pub struct Settings {
     pub integrator: Integrator,
     /// Sampling of area lights by path tracing.
     pub light_sampling: LightSampling,
+    /// Choice of the sky's directions that path tracing samples.
+    pub sky_choice: SkyChoice,
     /// Formula for the Fresnel reflectance of surfaces.
     pub fresnel: FresnelRule,
     /// Treatment of light scattered between microfacets.
@@ -257,6 +260,7 @@ impl Settings {
             clamp: None,
             integrator: scene.render.integrator,
             light_sampling: LightSampling::default(),
+            sky_choice: SkyChoice::default(),
             fresnel: FresnelRule::default(),
             microfacets: MicrofacetEnergy::default(),
             area_shadows: AreaShadows::default(),

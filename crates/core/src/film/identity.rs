@@ -32,6 +32,7 @@ impl FilmIdentity {
             clamp,
             integrator,
             light_sampling,
+            sky_choice,
             fresnel,
             microfacets,
             area_shadows,
@@ -53,7 +54,7 @@ impl FilmIdentity {
             output: _,
             max_memory: _,
         } = settings;
-        let settings: [(&str, &dyn Debug); 21] = [
+        let settings: [(&str, &dyn Debug); 22] = [
             ("size", size),
             ("camera", camera),
             ("pattern of samples", &sampling.pattern()),
@@ -62,6 +63,7 @@ impl FilmIdentity {
             ("clamp", clamp),
             ("integrator", integrator),
             ("light sampling", light_sampling),
+            ("choice of the sky's directions", sky_choice),
             ("Fresnel rule", fresnel),
             ("rule of microfacets", microfacets),
             ("shadows of lamps", area_shadows),

@@ -23,6 +23,7 @@ impl Ladder {
                 (!settings.without.has(Effect::Shadows)).then_some(settings.area_shadows),
             ),
             Self::LightSampling => RungValue::LightSampling(settings.light_sampling),
+            Self::SkyChoice => RungValue::SkyChoice(settings.sky_choice),
             Self::Fresnel => RungValue::Fresnel(settings.fresnel),
             Self::Microfacets => RungValue::Microfacets(settings.microfacets),
             Self::Colour => RungValue::Spectral(!settings.without.has(Effect::Dispersion)),

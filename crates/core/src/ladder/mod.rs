@@ -62,6 +62,7 @@ impl Ladder {
             Self::Samples
                 | Self::Sampler
                 | Self::LightSampling
+                | Self::SkyChoice
                 | Self::Integrator
                 | Self::Colour
                 | Self::Roulette
@@ -73,7 +74,7 @@ impl Ladder {
     pub const fn is_free_of_bias(self) -> bool {
         matches!(
             self,
-            Self::Samples | Self::Sampler | Self::LightSampling | Self::Roulette
+            Self::Samples | Self::Sampler | Self::LightSampling | Self::SkyChoice | Self::Roulette
         )
     }
 
@@ -92,6 +93,7 @@ impl Ladder {
             Self::LightSampling => {
                 EffectSet::from_effects(&[Effect::SoftShadows, Effect::SkyLight])
             }
+            Self::SkyChoice => EffectSet::from_effects(&[Effect::SkyLight]),
             Self::Fresnel | Self::Microfacets => {
                 EffectSet::from_effects(&[Effect::PhysicalMaterials])
             }
@@ -190,9 +192,11 @@ pub(crate) fn applicable_ladders(
     Ladder::ALL.into_iter().filter(move |&ladder| match ladder {
         // The integrators interpret classic materials differently, and neither is more exact.
         Ladder::Integrator => paths || present.has(Effect::PhysicalMaterials),
-        Ladder::LightSampling | Ladder::Fresnel | Ladder::Microfacets | Ladder::Colour => {
-            paths && called_for(ladder)
-        }
+        Ladder::LightSampling
+        | Ladder::SkyChoice
+        | Ladder::Fresnel
+        | Ladder::Microfacets
+        | Ladder::Colour => paths && called_for(ladder),
         Ladder::PathLength => paths || called_for(ladder),
         Ladder::PixelFilter => !is_fixed,
         Ladder::Roulette | Ladder::Clamp => paths,

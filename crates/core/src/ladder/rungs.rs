@@ -9,6 +9,7 @@ use crate::material::FresnelRule;
 use crate::scene::{Integrator, TextureFilter};
 use crate::settings::{
     AreaShadows, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart, SamplerKind,
+    SkyChoice,
 };
 
 /// Defines the ladders from a table. A ladder is written `KIND = NAME, DEFAULT, VALUE;`. `VALUE` is
@@ -78,6 +79,10 @@ ladders! {
         "scattering" { LightSampling::Scattering } "paths hit lights by chance: noise where lights are small"
         "lights" { LightSampling::Lights } "each vertex samples one light: noise where surfaces are glossy and lights large"
         "both" { LightSampling::Both } "scattering and light sampling, weighted by their densities (multiple importance sampling)"
+    /// Choice of the sky's directions that path tracing samples.
+    SkyChoice = "sky-choice", "openings", SkyChoice;
+        "power" { SkyChoice::Power } "by the sky's radiance: noise in rooms that a window lights"
+        "openings" { SkyChoice::Openings } "by the light that reaches each part of the scene, where walls hide most of the sky"
     /// Reflection formulas of path tracing.
     Fresnel = "fresnel", "conserving", Fresnel;
         "schlick" { FresnelRule::Schlick } "Schlick's formula for all materials, glass too: the error of the reflectance is up to 0.08 at grazing angles"

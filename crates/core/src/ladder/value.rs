@@ -9,7 +9,7 @@ use crate::material::FresnelRule;
 use crate::scene::{ConstantOffset, Integrator, OffsetDirection, Scene, SpawnRule, TextureFilter};
 use crate::settings::{
     AreaShadows, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart, SamplerKind,
-    Sampling, Settings,
+    Sampling, Settings, SkyChoice,
 };
 
 /// Constant offset in metres of the start of rays with the rung `ray-offset=constant`. It applies
@@ -34,6 +34,7 @@ pub enum RungValue {
     /// Shadows of area lights; `None` switches off the shadows of lights without size.
     Shadows(Option<AreaShadows>),
     LightSampling(LightSampling),
+    SkyChoice(SkyChoice),
     Fresnel(FresnelRule),
     Microfacets(MicrofacetEnergy),
     /// Whether a path refracted with dispersion carries a single wavelength.
@@ -69,6 +70,7 @@ impl RungValue {
                 settings.area_shadows = value.unwrap_or_default();
             }
             Self::LightSampling(value) => settings.light_sampling = value,
+            Self::SkyChoice(value) => settings.sky_choice = value,
             Self::Fresnel(value) => settings.fresnel = value,
             Self::Microfacets(value) => settings.microfacets = value,
             Self::Spectral(value) => set_effect_switched_off(settings, Effect::Dispersion, !value),

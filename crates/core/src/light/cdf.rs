@@ -23,6 +23,15 @@ pub(super) fn push_cdf(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
     total
 }
 
+/// Appends the cumulative distribution of [`push_cdf`], rounded to `f32`. Sampling and density read
+/// the same rounded numbers: densities are exact.
+pub(super) fn push_rounded_cdf(cumulative: &mut Vec<f32>, weights: &[f64]) -> f64 {
+    let mut shares = Vec::with_capacity(weights.len());
+    let total = push_cdf(&mut shares, weights);
+    cumulative.extend(shares.iter().map(|&share| share as f32));
+    total
+}
+
 /// Returns the probability of the entry `index`, given the cumulative distribution.
 pub(super) fn entry_probability<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 {
     let before = if index == 0 {

@@ -14,7 +14,7 @@ use glam::DVec3;
 use raywright_bvh::{Real, SimdTask, prefetch, run_widest};
 
 use super::cdf::{
-    entry_probability, guide_table_len, push_cdf, push_guide_table, sample_index,
+    entry_probability, guide_table_len, push_cdf, push_guide_table, push_rounded_cdf, sample_index,
     sample_index_guided,
 };
 use crate::number::sines_and_cosines;
@@ -353,15 +353,6 @@ impl<const N: usize> SimdTask for PolarDirectionLanes<N> {
 
 fn positive_or_zero(x: f64) -> f64 {
     if x > 0.0 && x.is_finite() { x } else { 0.0 }
-}
-
-/// Appends the cumulative distribution of [`push_cdf`], rounded to `f32`. Sampling and density read
-/// the same rounded numbers: densities are exact.
-fn push_rounded_cdf(cumulative: &mut Vec<f32>, weights: &[f64]) -> f64 {
-    let mut shares = Vec::with_capacity(weights.len());
-    let total = push_cdf(&mut shares, weights);
-    cumulative.extend(shares.iter().map(|&share| share as f32));
-    total
 }
 
 /// Returns the solid angle in steradians of a cell in a row. The difference of the edges' cosines

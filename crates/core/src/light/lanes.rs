@@ -28,6 +28,10 @@ pub(crate) fn set_lane_vector<R: Real>(column: &mut Vec3Column<R>, lane: usize, 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReceivingPointLanes<'a, R: Real> {
     pub point: &'a Vec3Column<R>,
+    /// Unit normals of the sides that receive light.
+    pub normal: &'a Vec3Column<R>,
+    /// Whether both sides receive light.
+    pub is_two_sided: LaneColumn<bool>,
     /// Uniform numbers in [0, 1): coarse and fine number for the choice of a light, see
     /// [`LightSampler::sample`](super::LightSampler::sample), and two numbers for a point on the
     /// light.
@@ -35,6 +39,16 @@ pub(crate) struct ReceivingPointLanes<'a, R: Real> {
 }
 
 impl<R: Real> ReceivingPointLanes<'_, R> {
+    /// Returns the normal in a lane; zero if both sides receive light.
+    #[inline(always)]
+    pub fn normal(&self, lane: usize) -> R::Vec3 {
+        if self.is_two_sided[lane] {
+            Vector::ZERO
+        } else {
+            get_lane_vector::<R>(self.normal, lane)
+        }
+    }
+
     /// Returns the point in a lane, and the two numbers for a point on its light.
     #[inline(always)]
     pub fn get_lane(&self, lane: usize) -> (R::Vec3, [f32; 2]) {

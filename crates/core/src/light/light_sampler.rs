@@ -5,9 +5,7 @@
 use raywright_bvh::{Real, Vector};
 
 use super::cdf::{entry_probability, push_cdf, sample_index};
-use super::lanes::{
-    LANES, LaneColumn, LightChoices, ReceivingPointLanes, Vec3Column, get_lane_vector,
-};
+use super::lanes::{LANES, LaneColumn, LightChoices, ReceivingPointLanes, get_lane_vector};
 use super::tree::{LightLeaf, LightTree, ReceivingPoint};
 use super::{LightId, Lights};
 
@@ -112,7 +110,6 @@ impl LightSampler {
     pub(crate) fn sample_lanes<R: Real>(
         &self,
         points: &ReceivingPointLanes<'_, R>,
-        normal: &Vec3Column<R>,
         is_used: LaneColumn<bool>,
     ) -> LightChoices<LANES> {
         let mut u = [0.0; LANES];
@@ -121,7 +118,7 @@ impl LightSampler {
         }
         self.choose(is_used, u, |lane| ReceivingPoint {
             point: get_lane_vector::<R>(points.point, lane).to_f64(),
-            normal: get_lane_vector::<R>(normal, lane).to_f64(),
+            normal: points.normal(lane).to_f64(),
         })
     }
 

@@ -25,6 +25,7 @@ mod grid;
 mod irradiance;
 mod lanes;
 mod light_sampler;
+mod openings;
 mod polygon;
 mod sky;
 mod sky_lobe;
@@ -32,7 +33,8 @@ mod sky_sampler;
 mod tree;
 mod usage;
 
-use raywright_bvh::{Aabb, Real, Surface};
+use glam::DVec3;
+use raywright_bvh::{Aabb, Real, Surface, Vector};
 
 use emitters::EmitterLanes;
 
@@ -47,10 +49,13 @@ pub(crate) use lanes::{
     SurfaceLanes, Vec3Column, get_lane_vector, set_lane_vector,
 };
 pub use light_sampler::LightSampler;
+pub use openings::Openings;
+pub(crate) use openings::{BINS, CellGrid, SkyBins, smooth_bins};
 pub use polygon::Polygon;
 pub use sky::{SkyRadiance, SkySample};
 pub(crate) use sky::{max_sky_table_bytes, prepare_sky_radiance as prepare_sky};
 pub use sky_sampler::SkySampler;
+use sky_sampler::sky_light_sample;
 pub(crate) use usage::LightUsage;
 
 /// Identifier of a light of a scene: its kind and index.
@@ -117,6 +122,8 @@ pub struct Lights<R: Real> {
     /// Radiance of rays that hit nothing.
     pub sky: SkyRadiance<R>,
     sky_sampler: Option<SkySampler>,
+    /// Where the sky can be seen from; `None` where it is not called for.
+    openings: Option<Openings>,
     /// Sampler of lights; empty until prepared.
     light_sampler: LightSampler,
     /// Half the diagonal of the bounded part of the scene, or 1 without such a part: the radius of
@@ -141,6 +148,7 @@ impl<R: Real> Lights<R> {
             emitters,
             sky,
             sky_sampler: None,
+            openings: None,
             light_sampler: LightSampler::default(),
             scene_radius: reach,
         }
@@ -158,6 +166,16 @@ impl<R: Real> Lights<R> {
             .sky_sampler
             .take()
             .map(|sampler| sampler.into_bright_excess_sampler(&self.sky));
+    }
+
+    /// Sets the table by which the sky is sampled where it can be seen.
+    pub(crate) fn set_openings(&mut self, openings: Option<Openings>) {
+        self.openings = openings;
+    }
+
+    /// Returns the table by which the sky is sampled where it can be seen, if called for.
+    pub fn openings(&self) -> Option<&Openings> {
+        self.openings.as_ref()
     }
 
     /// Builds the sampler of all lights; the sky is included if its sampler is built.
@@ -263,6 +281,15 @@ impl<R: Real> Lights<R> {
                 }
             }
         }
+        self.sample_sky_batches(batches, samples);
+    }
+
+    /// Samples the sky for those points of [`Self::sample_batches`] that chose it.
+    fn sample_sky_batches<'a>(
+        &self,
+        batches: impl Iterator<Item = (ReceivingPointLanes<'a, R>, &'a LightChoices<LANES>)> + Clone,
+        samples: &mut [LightSampleLanes<R>],
+    ) {
         let Some(sampler) = &self.sky_sampler else {
             return;
         };
@@ -273,30 +300,43 @@ impl<R: Real> Lights<R> {
                 .flat_map(|(batch, (points, choices))| {
                     (0..LANES)
                         .filter(|&lane| choices.lights[lane] == Some(LightId::Sky))
-                        .map(move |lane| {
-                            (
-                                batch,
-                                lane,
-                                points.get_lane(lane),
-                                choices.probabilities[lane],
-                            )
-                        })
+                        .map(move |lane| (batch, lane, points, choices.probabilities[lane]))
                 })
         };
-        let directions =
-            sampler.sample_directions::<R>(sky().map(|(.., (_, position), _)| position));
+        let positions = sky().map(|(_, lane, points, _)| points.get_lane(lane).1);
+        let directions = match &self.openings {
+            None => sampler.sample_directions::<R>(positions),
+            Some(openings) => {
+                let seen = sky().map(|(_, lane, points, _)| {
+                    let ([u, v], bins) = (
+                        points.get_lane(lane).1,
+                        openings.bins_at::<R>(points.get_lane(lane).0, points.normal(lane)),
+                    );
+                    bins.map_or(Err([u, v]), |bins| openings.sample_direction(bins, [u, v]))
+                });
+                let seen: Vec<_> = seen.collect();
+                let mut own = sampler
+                    .sample_directions::<R>(seen.iter().filter_map(|place| place.err()))
+                    .into_iter();
+                let direction = |place: Result<DVec3, _>| {
+                    place.map_or_else(|_| own.next(), |through| Some(R::Vec3::from_f64(through)))
+                };
+                seen.into_iter().filter_map(direction).collect()
+            }
+        };
         let mut sky_samples = Vec::with_capacity(directions.len());
-        self.sky.eval_rays(
-            sky()
-                .zip(&directions)
-                .map(|((.., (from, _), _), &direction)| (from, direction)),
-            &mut sky_samples,
-        );
-        for (((batch, lane, _, probability), &direction), sky_sample) in
+        let origins = sky().map(|(_, lane, points, _)| points.get_lane(lane).0);
+        self.sky
+            .eval_rays(origins.zip(directions.iter().copied()), &mut sky_samples);
+        for (((batch, lane, points, probability), &direction), sky_sample) in
             sky().zip(&directions).zip(&sky_samples)
         {
-            sampler
-                .light_sample_from_radiance(direction, sky_sample, probability)
+            let receiver = (points.get_lane(lane).0, points.normal(lane));
+            // Density of the rounded direction, so that a ray that hits the sky in this direction
+            // computes the same density.
+            let place = sky_sample.image_coordinates;
+            let density = self.sky_density(receiver, direction, place, probability);
+            sky_light_sample(direction, sky_sample.radiance, density)
                 .iter()
                 .for_each(|sample| samples[batch].set_lane(lane, sample));
         }
@@ -317,7 +357,9 @@ impl<R: Real> Lights<R> {
             (LightId::Emitter(i), ShadowRayTarget::Surface(surface)) => {
                 self.emitters.density(i, from, surface, probability)
             }
+            // Of a point that receives light on both sides.
             (LightId::Sky, ShadowRayTarget::Infinity) => self.sky_density(
+                (from, Vector::ZERO),
                 direction,
                 self.sky.image_coordinates(direction),
                 probability,
@@ -326,12 +368,25 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// Returns the density of the sky as [`Lights::density`] does, for a direction with the given
-    /// image coordinates ([`SkyRadiance::image_coordinates`]).
-    pub fn sky_density(&self, direction: R::Vec3, place: [R; 2], probability: f64) -> f64 {
-        self.sky_sampler.as_ref().map_or(0.0, |sampler| {
-            sampler.density::<R>(direction, place) * probability
-        })
+    /// Returns the density of the sky as [`Lights::density`] does, for a receiving point with the
+    /// unit normal of the side that receives light, zero if both sides do. `place` holds the image
+    /// coordinates of the direction ([`SkyRadiance::image_coordinates`]).
+    pub fn sky_density(
+        &self,
+        (from, normal): (R::Vec3, R::Vec3),
+        direction: R::Vec3,
+        place: [R; 2],
+        probability: f64,
+    ) -> f64 {
+        let Some(sampler) = &self.sky_sampler else {
+            return 0.0;
+        };
+        let own = sampler.density::<R>(direction, place);
+        let seen = self.openings.as_ref().and_then(|openings| {
+            let bins = openings.bins_at::<R>(from, normal)?;
+            Some(openings.density(bins, direction.to_f64(), own))
+        });
+        seen.unwrap_or(own) * probability
     }
 }
 

@@ -8,7 +8,7 @@ use raywright_bvh::{Real, Vector};
 use super::cdf::{push_cdf, sample_index};
 use super::sky::{EquirectMap, GradientSky, SkyKind};
 use super::sky_lobe::{self, SkyLobe, direction_at_height};
-use super::{LightDensity, LightSample, ShadowRayTarget, SkyRadiance, SkySample, SphereGrid};
+use super::{LightDensity, LightSample, ShadowRayTarget, SkyRadiance, SphereGrid};
 
 /// Fraction of an image's mean radiance that light sampling leaves to BSDF sampling.
 ///
@@ -180,18 +180,14 @@ impl SkySampler {
     ) -> Option<LightSample<R>> {
         let direction = self.sample_direction::<R>(position);
         let place = sky.image_coordinates(direction);
-        self.light_sample_from_radiance(
+        sky_light_sample(
             direction,
-            &SkySample {
-                image_coordinates: place,
-                radiance: sky.radiance_at(from, direction, place),
-            },
-            probability,
+            sky.radiance_at(from, direction, place),
+            self.density::<R>(direction, place) * probability,
         )
     }
 
-    /// Samples a unit direction by two uniform numbers in [0, 1). This is the first step of
-    /// [`Self::sample`].
+    /// Samples a unit direction by two uniform numbers in [0, 1).
     pub fn sample_direction<R: Real>(&self, position: [f32; 2]) -> R::Vec3 {
         R::Vec3::from_f64(self.sample_direction_f64(position.map(f64::from)))
     }
@@ -225,29 +221,6 @@ impl SkySampler {
         directions.into_iter().map(R::Vec3::from_f64).collect()
     }
 
-    /// Returns the light sample of a direction whose radiance is known. This is the second step of
-    /// [`Self::sample`].
-    #[inline]
-    pub fn light_sample_from_radiance<R: Real>(
-        &self,
-        direction: R::Vec3,
-        sky_sample: &SkySample<R>,
-        probability: f64,
-    ) -> Option<LightSample<R>> {
-        // Density of the rounded direction, so that a ray that hits the sky in this direction
-        // computes the same density.
-        let density = self.density::<R>(direction, sky_sample.image_coordinates) * probability;
-        let arriving = sky_sample.radiance * R::from_f64(1.0 / density);
-        (density > 0.0 && arriving.is_finite() && arriving.max_element() > R::ZERO).then_some(
-            LightSample {
-                direction,
-                arriving,
-                density: LightDensity::SolidAngle(density),
-                target: ShadowRayTarget::Infinity,
-            },
-        )
-    }
-
     fn sample_direction_f64(&self, [u, v]: [f64; 2]) -> DVec3 {
         match &self.form {
             SkySamplerKind::Uniform => direction_at_height(2.0 * u - 1.0, v),
@@ -278,6 +251,25 @@ impl SkySampler {
             }
         }
     }
+}
+
+/// Returns the light sample of a direction of the sky with this radiance and sampling density.
+/// `None` if no light arrives.
+#[inline]
+pub(super) fn sky_light_sample<R: Real>(
+    direction: R::Vec3,
+    radiance: R::Vec3,
+    density: f64,
+) -> Option<LightSample<R>> {
+    let arriving = radiance * R::from_f64(1.0 / density);
+    (density > 0.0 && arriving.is_finite() && arriving.max_element() > R::ZERO).then_some(
+        LightSample {
+            direction,
+            arriving,
+            density: LightDensity::SolidAngle(density),
+            target: ShadowRayTarget::Infinity,
+        },
+    )
 }
 
 /// Returns the integral of a sky's radiance over the sphere, summed over the three channels.

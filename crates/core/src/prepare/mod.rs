@@ -13,6 +13,7 @@ mod light_leaks;
 mod lights;
 mod material;
 mod material_set;
+mod openings;
 mod prepared_parts;
 mod prepared_scene;
 mod studio;
@@ -129,6 +130,10 @@ impl<R: Real> PreparedScene<R> {
         let mut prepared = Self::from_parts(&context, parts);
         if let Some(studio) = &studio {
             prepared.add_studio(studio, &view, settings, simulated);
+        } else if context.chooses_sky_by_openings() && prepared.lights.sky_sampler().is_some() {
+            check_cancelled(observer)?;
+            let openings = prepared.find_openings();
+            prepared.lights.set_openings(openings);
         }
         Ok(prepared)
     }

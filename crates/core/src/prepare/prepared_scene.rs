@@ -10,7 +10,7 @@ use super::material::{LayeredInputs, PreparedMaterial};
 use super::studio::{Backdrop, StudioGround};
 use super::tangents::CornerTangents;
 use crate::camera::{PreparedCamera, RayCone};
-use crate::light::{Irradiance, LightId, LightUsage, Lights};
+use crate::light::{Irradiance, LightId, LightUsage, Lights, Openings};
 use crate::memory::MemoryUse;
 use crate::scene::{
     ClassicRules, DepthLimit, ImageData, MeshData, OffsetDirection, ShadowRule, SpawnRule,
@@ -151,6 +151,8 @@ pub struct TableSizes {
     pub layered: usize,
     /// Whether the cosine-weighted mean of the sky was computed.
     pub irradiance: bool,
+    /// Cells in which the sky is sampled through openings.
+    pub openings: usize,
     /// Bytes of decoded images.
     pub texture_bytes: usize,
 }
@@ -222,6 +224,7 @@ impl<R: Real> PreparedScene<R> {
             tables: tables as u64
                 + choice
                 + self.lights.emitters.bytes()
+                + self.lights.openings().map_or(0, Openings::bytes)
                 + LightUsage::estimate_bytes(counted as u64),
             textures: self.texture_bytes() as u64 + self.lights.sky.bytes(),
             film: 0,
@@ -263,6 +266,7 @@ impl<R: Real> PreparedScene<R> {
                 .count(),
             layered: self.layers.len(),
             irradiance: self.irradiance.is_some(),
+            openings: self.lights.openings().map_or(0, Openings::len),
             texture_bytes: self.texture_bytes(),
         }
     }

@@ -29,6 +29,18 @@ pub enum LightSampling {
     Both,
 }
 
+/// Choice of the sky's directions that path tracing samples. Both choices are unbiased and differ
+/// only in noise and time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[doc(alias("portal", "light portal"))]
+pub enum SkyChoice {
+    /// By the sky's radiance.
+    Power,
+    /// By the light that reaches each part of the scene, where walls hide most of the sky.
+    #[default]
+    Openings,
+}
+
 /// Treatment of light that scatters several times between microfacets, under path tracing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MicrofacetEnergy {

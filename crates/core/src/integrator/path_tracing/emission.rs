@@ -89,18 +89,22 @@ impl<R: Real> PathTracer<'_, R> {
         let direction = path.segment.ray.direction;
         let lights = &self.scene.lights;
         if self.hits_lights_by_chance(path)
-            && let Some(density) = lights
-                .sky_sampler()
-                .and_then(|sampler| sampler.bright_region_density())
+            && let Some(sampler) = lights.sky_sampler()
+            && let Some(density) = sampler.bright_region_density()
         {
             self.counters.unaided += 1;
-            self.counters.found += u64::from(
-                lights.sky_density(direction, sky_sample.image_coordinates, 1.0) >= density,
-            );
+            self.counters.found +=
+                u64::from(sampler.density::<R>(direction, sky_sample.image_coordinates) >= density);
         }
         let radiance = sky_sample.radiance
             * self.bsdf_sampling_mis_weight(path, LightId::Sky, |probability| {
-                lights.sky_density(direction, sky_sample.image_coordinates, probability)
+                let receiver = (path.previous.from, path.previous.normal);
+                lights.sky_density(
+                    receiver,
+                    direction,
+                    sky_sample.image_coordinates,
+                    probability,
+                )
             });
         self.count_narrow_hit(path, path.throughput * radiance);
         radiance

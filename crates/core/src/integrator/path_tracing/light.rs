@@ -1,12 +1,11 @@
 //! Light sampling at vertices, and the weights of multiple importance sampling.
 
-use raywright_bvh::{Real, Vector};
+use raywright_bvh::Real;
 
 use super::PathTracer;
 use super::vertices::{LitSides, MisStrategy, VertexLanes};
 use crate::light::{
     LANES, LightChoices, LightDensity, LightId, LightSampleLanes, ShadowRayTargetKind,
-    set_lane_vector,
 };
 use crate::settings::LightSampling;
 
@@ -47,14 +46,11 @@ impl<R: Real> PathTracer<'_, R> {
         choices.clear();
         let sampler = self.scene.lights.light_sampler();
         choices.extend(batches.iter().map(|vertices| {
-            let (mut normal, mut is_used) = (vertices.normal, [false; LANES]);
+            let mut is_used = [false; LANES];
             for (lane, is_used) in is_used.iter_mut().enumerate().take(vertices.len) {
                 *is_used = vertices.sides[lane] != LitSides::None;
-                if vertices.sides[lane] == LitSides::Both {
-                    set_lane_vector::<R>(&mut normal, lane, Vector::ZERO);
-                }
             }
-            sampler.sample_lanes(&vertices.receiving_points(), &normal, is_used)
+            sampler.sample_lanes(&vertices.receiving_points(), is_used)
         }));
         if samples.len() < choices.len() {
             samples.resize_with(choices.len(), LightSampleLanes::new);
@@ -106,7 +102,7 @@ mod tests {
     use super::super::super::LightTransport;
     use super::*;
     use crate::effects::EffectSet;
-    use crate::light::{LightSample, get_lane_vector};
+    use crate::light::{LightSample, get_lane_vector, set_lane_vector};
     use crate::prepare::PreparedScene;
     use crate::settings::Settings;
 

@@ -174,6 +174,8 @@ impl<R: Real> VertexLanes<R> {
     pub fn receiving_points(&self) -> ReceivingPointLanes<'_, R> {
         ReceivingPointLanes {
             point: &self.surface.point,
+            normal: &self.normal,
+            is_two_sided: self.sides.map(|sides| sides == LitSides::Both),
             numbers: &self.light_numbers,
         }
     }

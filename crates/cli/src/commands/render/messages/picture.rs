@@ -212,10 +212,14 @@ pub fn format_details(
         (
             "method",
             format!(
-                "{} primitives, {}, {} precision",
+                "{} primitives, {}, {} precision{}",
                 ready.table_sizes().primitives,
                 origin::accelerator_name(settings.accelerator),
-                origin::precision_name(settings.precision)
+                origin::precision_name(settings.precision),
+                match ready.table_sizes().openings {
+                    0 => String::new(),
+                    cells => format!(", sky through openings from {cells} cells"),
+                }
             ),
         ),
     ];
