@@ -46,6 +46,62 @@ pub const EXCLUDED: &[[(&str, &str); 2]] = &[
     [("integrator", "whitted"), ("depth", "four")],
 ];
 
+/// Values that meet in a row although they are more than two: a fault shows only where all of them
+/// do.
+pub const TOGETHER: &[&[(&str, &str)]] = &[
+    // The sign of a normal map on instances that mirror.
+    &[
+        ("shape", "smooth mesh"),
+        ("count", "three"),
+        ("transform", "mirrored"),
+        ("motion", "no"),
+        ("bumps", "normal map"),
+        ("alpha", "opaque"),
+        ("side", "both"),
+        ("camera", "pinhole"),
+        ("layers", "all"),
+        ("ending", "plain"),
+        ("loading", "plain"),
+    ],
+    // Edges at the time of a ray.
+    &[
+        ("shape", "flat mesh"),
+        ("motion", "the body slides"),
+        ("shutter", "whole"),
+        ("alpha", "opaque"),
+        ("side", "both"),
+        ("camera", "pinhole"),
+        ("samples", "nine"),
+        ("edges", "wireframe"),
+        ("ending", "plain"),
+        ("without", "nothing"),
+        ("loading", "plain"),
+    ],
+    // Mirrors of what moves.
+    &[
+        ("shape", "sphere"),
+        ("count", "three"),
+        ("motion", "the body slides"),
+        ("shutter", "whole"),
+        ("material", "classic mirror"),
+        ("side", "both"),
+        ("camera", "pinhole"),
+        ("samples", "nine"),
+        ("integrator", "whitted"),
+        ("ending", "plain"),
+        ("without", "nothing"),
+    ],
+    // Points of a lens that moves.
+    &[
+        ("motion", "the camera"),
+        ("shutter", "whole"),
+        ("camera", "lens"),
+        ("samples", "nine"),
+        ("ending", "plain"),
+        ("without", "nothing"),
+    ],
+];
+
 /// The axes.
 pub const AXES: &[Axis] = &[
     (
@@ -313,10 +369,19 @@ pub const AXES: &[Axis] = &[
         "floor",
         &[
             ("plane", |s| {
-                s.floor(json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } }))
+                s.floor(
+                    json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } }),
+                    json!([]),
+                )
             }),
             ("quad", |s| {
-                s.floor(json!({ "quad": { "corner": [-3, -1, 3], "edge_u": [6, 0, 0], "edge_v": [0, 0, -6] } }))
+                s.floor(json!({ "quad": { "corner": [-3, -1, 3], "edge_u": [6, 0, 0], "edge_v": [0, 0, -6] } }), json!([]))
+            }),
+            ("endless tube", |s| {
+                s.floor(
+                    json!({ "cylinder": { "base": [0, -1, 0], "axis": [1, 0, 0], "radius": 0.5 } }),
+                    json!([{ "scale": [1, 2, 3] }, { "translate": [0, 0, -0.5] }]),
+                )
             }),
             ("no", |_| ()),
         ],
@@ -420,8 +485,9 @@ pub const AXES: &[Axis] = &[
             ("five in three", |s| {
                 s.settings(|t| (t.sampling, t.replicates) = (Sampling::General(5), Some(3)))
             }),
+            // More than a block in each of two replicates, the last one incomplete.
             ("two blocks", |s| {
-                s.settings(|t| t.sampling = Sampling::General(17))
+                s.settings(|t| (t.sampling, t.replicates) = (Sampling::General(37), Some(2)))
             }),
             ("centres", |s| {
                 s.settings(|t| t.sampling = Sampling::Pattern(SamplePattern::Centre))

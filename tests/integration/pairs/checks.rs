@@ -9,7 +9,7 @@ use raywright::core::effects::{Effect, EffectSet};
 use raywright::core::film::Film;
 use raywright::core::generate::expand_generators;
 use raywright::core::picture::Picture;
-use raywright::core::scene::{Integrator, Shape, TransformStep};
+use raywright::core::scene::{Integrator, Mesh, MeshSource, Shape, TransformStep};
 use raywright::core::settings::{Aov, Background, Crop, PrecisionChoice, Sampling};
 use raywright::core::{
     Observer, ReadyScene, RenderOutput, Scene, Settings, affine_from_steps, prepare,
@@ -21,7 +21,7 @@ use raywright::io::output::{
 use serde_json::Value;
 
 use super::axes::{AXES, even_colour};
-use super::cover::Choice;
+use super::cover::{Choice, axis_index, value_index};
 use super::sketch::{COLOUR, Colouring, Sketch};
 use crate::bits::{difference, part};
 use crate::support::Sandbox;
@@ -75,15 +75,19 @@ pub const CHECKS: &[Check] = &[
     // Parts of an adaptive render end with their round, and are continued together.
     ("merged parts", |case| {
         let ready = case.ready(|_| ());
-        let share = |index| {
+        // Thirds of the tiles, each in two ranges of replicates.
+        let share = |index: u32| {
             let mut film = ready.new_film("pairs");
-            let part = film.full_part().split_into_nth_subset(index, 3);
+            let whole = film.full_part();
+            let (middle, end) = (whole.replicates.end.div_ceil(2), whole.replicates.end);
+            let mut part = whole.split_into_nth_subset(index / 2, 3);
+            part.replicates = [0..middle, middle..end][index as usize % 2].clone();
             ready
                 .render_part(&mut film, &part, &())
                 .map_err(|e| e.to_string())?;
             Ok(case.stored(film))
         };
-        let parts: Result<Vec<Film>, String> = [2, 0, 1].into_iter().map(share).collect();
+        let parts: Result<Vec<Film>, String> = [5, 0, 4, 3, 1, 2].into_iter().map(share).collect();
         let merged = parts.and_then(|parts| {
             let mut film = Film::merge(&parts).map_err(|e| e.to_string())?;
             let whole = film.full_part();
@@ -99,11 +103,17 @@ pub const CHECKS: &[Check] = &[
         let ready = case.ready(|_| ());
         let mut film = ready.new_film("pairs");
         let whole = film.full_part();
-        for units in [3, 2, u32::MAX] {
+        // An adaptive render is stopped in its first round and in its second, of eight units each.
+        for units in [3, 9, u32::MAX] {
             let earlier = case.stored(film);
+            let header = earlier.header();
             film = ready.new_film("pairs");
             if let Err(error) = film.continue_from(earlier) {
                 return Some(error.to_string());
+            }
+            // The samples drawn, and those that the present round lacks.
+            if film.header() != header {
+                return Some("another header".to_owned());
             }
             let stop = StopAfter(AtomicU32::new(units));
             if let Err(error) = case
@@ -374,6 +384,79 @@ pub const CHECKS: &[Check] = &[
         }
         case.sketches_differ(placed, baked)
     }),
+    ("colours and alpha of vertices", |case| {
+        if case.sketch().colouring != Colouring::Vertices || case.is_adaptive() {
+            return None;
+        }
+        let choice = case.with("shape", "smooth mesh");
+        let [mut vertices, mut even] = [sketch(&choice), sketch(&choice)];
+        let [r, g, b] = COLOUR;
+        let mesh = &mut vertices.parts["meshes"][0]["source"]["inline"];
+        mesh["colours"] = vec![[r, g, b, 0.6]; 4].into();
+        even.colouring = Colouring::Input(COLOUR.to_vec().into());
+        if let Some(opacity) = even.model.get("opacity") {
+            let opacity = opacity.to_string().replace('"', "");
+            even.model["opacity"] = format!("0.6 * ({opacity})").into();
+        }
+        case.sketches_differ(vertices, even)
+    }),
+    ("one round of adaptive sampling", |case| {
+        if !case.is_adaptive() {
+            return None;
+        }
+        // Four samples in each of four replicates, unless the estimate of the error is doubtful.
+        let round = case.output(|s| s.max_error = Some(1e9));
+        let plain = case.output(|s| {
+            (s.max_error, s.sampling, s.replicates) = (None, Sampling::General(16), Some(4));
+        });
+        let is_one = round.counters.samples == plain.counters.samples;
+        is_one
+            .then(|| apart(&round.picture, &plain.picture, 0.0))
+            .flatten()
+    }),
+    ("a section's cap without edges", |case| {
+        if !case.settings.wireframe || case.sketch().options.section.is_none() {
+            return None;
+        }
+        let mut choice = case.with("shape", "flat mesh");
+        // Only meshes that are listed and do not move are cut.
+        for axis in ["count", "motion"] {
+            choice[axis_index(axis)] = 0;
+        }
+        let (mut scene, settings) = sketch(&choice).finish().ok()?;
+        let caps: Vec<_> = scene.meshes.iter().filter(|mesh| is_cap(mesh)).collect();
+        let names: Vec<String> = caps.iter().map(|mesh| mesh.name.clone()).collect();
+        let is_kept = |shape: &Shape| matches!(shape, Shape::Mesh(mesh) if names.contains(mesh));
+        scene.objects.retain(|object| is_kept(&object.shape));
+        let plain = Settings {
+            wireframe: false,
+            ..settings.clone()
+        };
+        let [with, without] = [settings, plain]
+            .map(|settings| case.one.install(|| Case::render(&scene, &settings)).picture);
+        difference(&without, &with)
+    }),
+    ("the sky from within a body that is not there", |case| {
+        if case.choice[axis_index("alpha")] == 0 {
+            return None;
+        }
+        let mut choice = case.with("camera", "within");
+        choice[axis_index("floor")] = value_index("floor", "no");
+        for axis in ["inside", "glow", "rules", "loading", "ending"] {
+            choice[axis_index(axis)] = 0;
+        }
+        if case.choice[axis_index("sky")] == value_index("sky", "studio") {
+            choice[axis_index("sky")] = 0;
+        }
+        let (mut clear, mut empty) = (sketch(&choice), sketch(&choice));
+        clear.fields(serde_json::json!({ "opacity": 0 }));
+        (empty.copies, empty.generator) = (Vec::new(), None);
+        let [clear, empty] = [clear, empty].map(|mut sketch| {
+            sketch.settings(|t| (t.aovs, t.max_depth) = (Vec::new(), 1));
+            sketch
+        });
+        case.sketches_differ(clear, empty)
+    }),
     ("light through a body that is not there", |case| {
         if case.choice[axis_index("alpha")] == 0 {
             return None;
@@ -390,7 +473,7 @@ pub const CHECKS: &[Check] = &[
         // Only light on its way to a floor passes the body: paths that pass surfaces have other
         // random numbers.
         let below = |mut sketch: Sketch| {
-            sketch.floor(serde_json::json!({ "quad": { "corner": [-3, -4, 3], "edge_u": [6, 0, 0], "edge_v": [0, 0, -6] } }));
+            sketch.floor(serde_json::json!({ "quad": { "corner": [-3, -4, 3], "edge_u": [6, 0, 0], "edge_v": [0, 0, -6] } }), serde_json::json!([]));
             let shutter = sketch.camera["shutter"].take();
             sketch.camera = serde_json::json!({
                 "pose": { "look_at": { "eye": [0.3, -2.5, 0.5], "target": [0, -4, 0] } },
@@ -588,22 +671,6 @@ impl<'a> Case<'a> {
     }
 }
 
-/// Index of an axis by its name.
-fn axis_index(name: &str) -> usize {
-    AXES.iter()
-        .position(|axis| axis.0 == name)
-        .expect("an axis")
-}
-
-/// Index of a value of an axis.
-fn value_index(axis: &str, value: &str) -> usize {
-    let values = AXES[axis_index(axis)].1;
-    values
-        .iter()
-        .position(|own| own.0 == value)
-        .expect("a value")
-}
-
 /// The sketch of a choice.
 pub fn sketch(choice: &Choice) -> Sketch {
     let mut sketch = Sketch::new();
@@ -611,6 +678,11 @@ pub fn sketch(choice: &Choice) -> Sketch {
         axis.1[value].1(&mut sketch);
     }
     sketch
+}
+
+/// Whether a mesh is the cap of a section.
+fn is_cap(mesh: &Mesh) -> bool {
+    matches!(&mesh.source, MeshSource::Inline(data) if data.is_cap)
 }
 
 fn with_shutter(

@@ -1,7 +1,7 @@
 //! A cover of all pairs: few rows of values, so that each two values of different axes that go
 //! together meet in a row.
 
-use super::axes::{AXES, EXCLUDED};
+use super::axes::{AXES, EXCLUDED, TOGETHER};
 
 /// A value of each axis, by its index.
 pub type Choice = Vec<usize>;
@@ -69,16 +69,16 @@ impl PairTable {
         (self.first[a.0] + a.1) * self.values + self.first[b.0] + b.1
     }
 
-    /// A row with the given pair, the other axes in a random order: each takes the value that meets
+    /// A row with the given values, the other axes in a random order: each takes the value that meets
     /// most partners for the first time. `None` if an axis has no value that goes with the others.
     fn complete(
         &self,
-        pair: [(usize, usize); 2],
+        given: &[(usize, usize)],
         rng: &mut impl FnMut() -> usize,
     ) -> Option<Choice> {
-        let mut fixed = pair.to_vec();
+        let mut fixed = given.to_vec();
         let mut axes: Vec<usize> = (0..AXES.len())
-            .filter(|&axis| pair.iter().all(|own| own.0 != axis))
+            .filter(|&axis| given.iter().all(|own| own.0 != axis))
             .collect();
         while !axes.is_empty() {
             let axis = axes.swap_remove(rng() % axes.len());
@@ -112,17 +112,40 @@ impl PairTable {
     }
 
     /// The first pair that no row has.
-    fn first_open(&self) -> Option<[(usize, usize); 2]> {
+    fn first_open(&self) -> Option<Vec<(usize, usize)>> {
         let place = |value: usize| {
             let axis = self.first.partition_point(|&first| first <= value) - 1;
             (axis, value - self.first[axis])
         };
         let pair = self.open.iter().position(|&open| open)?;
-        Some([place(pair / self.values), place(pair % self.values)])
+        Some(vec![place(pair / self.values), place(pair % self.values)])
     }
 }
 
-/// Rows that cover every pair of values that go together. The same table gives the same rows.
+/// Index of an axis by its name.
+pub fn axis_index(name: &str) -> usize {
+    AXES.iter()
+        .position(|axis| axis.0 == name)
+        .expect("an axis")
+}
+
+/// Index of a value of an axis.
+pub fn value_index(axis: &str, value: &str) -> usize {
+    let values = AXES[axis_index(axis)].1;
+    values
+        .iter()
+        .position(|own| own.0 == value)
+        .expect("a value")
+}
+
+/// Values by their indices.
+fn indices(values: &[(&str, &str)]) -> Vec<(usize, usize)> {
+    let index = |&(axis, value): &(&str, &str)| (axis_index(axis), value_index(axis, value));
+    values.iter().map(index).collect()
+}
+
+/// Rows that have the values of [`TOGETHER`] and cover every pair of values that go together. The
+/// same tables give the same rows.
 pub fn cover() -> Vec<Choice> {
     let mut table = PairTable::new();
     let mut state = 1_u64;
@@ -133,8 +156,9 @@ pub fn cover() -> Vec<Choice> {
         (state >> 33) as usize
     };
     let mut rows = Vec::new();
-    while let Some(pair) = table.first_open() {
-        let candidates = (0..CANDIDATES).filter_map(|_| table.complete(pair, &mut rng));
+    let mut together = TOGETHER.iter().map(|values| indices(values));
+    while let Some(given) = together.next().or_else(|| table.first_open()) {
+        let candidates = (0..CANDIDATES).filter_map(|_| table.complete(&given, &mut rng));
         let gain = |row: &Choice| {
             table
                 .pairs_of(row)
@@ -143,8 +167,13 @@ pub fn cover() -> Vec<Choice> {
                 .count()
         };
         let row = candidates.max_by_key(gain).unwrap_or_else(|| {
-            let [a, b] = pair.map(|(axis, value)| (AXES[axis].0, AXES[axis].1[value].0));
-            panic!("no row has {a:?} and {b:?}: exclude the pair, or give an axis a value that goes with both")
+            let names = given
+                .iter()
+                .map(|&(axis, value)| (AXES[axis].0, AXES[axis].1[value].0));
+            let names: Vec<_> = names.collect();
+            panic!(
+                "no row has {names:?}: exclude a pair, or give an axis a value that goes with all"
+            )
         });
         for pair in table.pairs_of(&row) {
             table.open[pair] = false;
@@ -164,7 +193,7 @@ pub fn name(row: &[usize]) -> String {
 }
 
 /// Protects: each two values of different axes that go together are together in a row, counted
-/// afresh, and no row has two that do not.
+/// afresh, and no row has two that do not. Each list of values that must meet has a row.
 #[test]
 fn rows_cover_all_pairs() {
     let (rows, table) = (cover(), PairTable::new());
@@ -175,6 +204,11 @@ fn rows_cover_all_pairs() {
             assert!(table.legal[pair], "{}", name(row));
             seen[pair] = true;
         }
+    }
+    for values in TOGETHER {
+        let values = indices(values);
+        let has = |row: &Choice| values.iter().all(|&(axis, value)| row[axis] == value);
+        assert!(rows.iter().any(has), "{values:?}");
     }
     let missing = seen
         .iter()

@@ -148,12 +148,12 @@ impl Sketch {
         own
     }
 
-    /// Adds a floor.
-    pub fn floor(&mut self, shape: Value) {
+    /// Adds a floor under a transform.
+    pub fn floor(&mut self, shape: Value, transform: Value) {
         self.add("materials", json!({ "name": "floor", "model": { "physical": { "base_colour": 0.6, "roughness": 0.7 } } }));
         self.add(
             "objects",
-            json!({ "name": "floor", "shape": shape, "material": "floor" }),
+            json!({ "name": "floor", "shape": shape, "material": "floor", "transform": transform }),
         );
     }
 
