@@ -442,6 +442,17 @@ pub const CHECKS: &[Check] = &[
         }
         let mut choice = case.with("camera", "within");
         choice[axis_index("floor")] = value_index("floor", "no");
+        // A sphere around the camera, and paths.
+        for axis in [
+            "shape",
+            "count",
+            "transform",
+            "motion",
+            "side",
+            "integrator",
+        ] {
+            choice[axis_index(axis)] = 0;
+        }
         for axis in ["inside", "glow", "rules", "loading", "ending"] {
             choice[axis_index(axis)] = 0;
         }

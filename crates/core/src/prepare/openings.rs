@@ -14,7 +14,7 @@ use super::prepared_scene::PreparedScene;
 use crate::hash::splitmix64;
 use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
-use crate::light::{BINS, CellGrid, Openings, ShadowRayTarget, SkyBins, smooth_bins};
+use crate::light::{BINS, CellGrid, LightId, Openings, ShadowRayTarget, SkyBins, smooth_bins};
 
 /// Walks that look whether the scene has openings at all, and directions that each of their
 /// vertices looks into.
@@ -130,8 +130,26 @@ impl<R: Real> PreparedScene<R> {
             return None;
         }
         let mut tables = light_with_neighbours(&grid, &cells);
+        if self.lamps_outshine(&tables) {
+            return None;
+        }
         tables.truncate(MOST_CELLS);
         Some(Openings::new(grid, sky, &tables))
+    }
+
+    /// Whether all other lights give the cells more light than the sky: their noise decides. Their
+    /// light is taken as even over the scene.
+    fn lamps_outshine(&self, cells: &[(usize, Vec<f64>)]) -> bool {
+        let power = |is_sky: bool| {
+            let lights = self.lights.light_ids();
+            lights
+                .filter(|&light| (light == LightId::Sky) == is_sky)
+                .map(|light| self.lights.power(light))
+                .sum::<f64>()
+        };
+        let arriving: f64 = cells.iter().flat_map(|(_, light)| light).sum();
+        // The neighbouring bins and cells have added about as much again, twice.
+        power(false) > power(true) * 0.25 * arriving / cells.len() as f64
     }
 
     /// Whether most of the sky is hidden from a share of the surfaces that see it, by a few walks.
