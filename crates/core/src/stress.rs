@@ -1,9 +1,9 @@
 //! Checks of a user's scene for faults that make its picture wrong, slow or noisy. They examine the
 //! scene's data and trace rays from its own cameras and lights.
 //!
-//! Each check is a function from facts about the scene to findings. Preparation and rendering
-//! detect some faults themselves, such as gaps that are lost when coordinates are rounded for
-//! storage. The checks report those faults too.
+//! Each check is a method of the facts about the scene that returns findings. Preparation and
+//! rendering detect some faults themselves, such as gaps that are lost when coordinates are rounded
+//! for storage. The checks report those faults too.
 //!
 //! ```
 //! use raywright_core::stress::{FindingCode, StressEffort, Severity, stress};
@@ -23,82 +23,52 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod aimed;
-mod black;
 mod bodies;
-mod camera_bodies;
 mod cameras;
-mod chance;
-mod closed_parts;
-mod coarse;
-mod coincident_surfaces;
-mod consequences;
-mod coordinates;
-mod copies;
 mod coplanar;
-mod copy_crossings;
-mod count;
-mod covers;
-mod depth_loss;
-mod directions;
 mod duplicates;
-mod emission_peaks;
-mod enclosing_glass;
-mod faces;
 mod facts;
-mod fans;
 mod finding;
-mod finding_code;
-mod furnace;
-mod glass_contacts;
-mod hidden_backs;
-mod lamp_light;
-mod light_reach;
 mod light_survey;
-mod light_tracer;
-mod light_walks;
 mod lights;
 mod materials;
 mod meshes;
-mod numbers;
-mod orientation;
-mod overlap_table;
 mod overlaps;
-mod ray_crossings;
-mod ray_hits;
 mod ray_survey;
-mod rays;
-mod rounding;
 mod samples;
-mod seams;
 mod session;
-mod sightlines;
-mod sky_peaks;
-mod small_render;
+mod sky;
 mod storage;
 mod stray;
 mod summary;
 mod textures;
-mod thin_bodies;
 mod topology;
-mod triangles;
-mod twin_shadows;
-mod used_mesh;
-mod values;
-mod windings;
+mod views;
 
+use core::f64::consts::{PI, TAU};
 use core::time::Duration;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::time::Instant;
 
-pub use finding::{CheckRun, FindingSubject, StressFinding};
-pub use finding_code::{FindingCode, Severity};
-pub use numbers::{count_with_unit, format_decimal};
-use session::StressSession;
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+use raywright_bvh::{Aabb, Hit, Interval, Ray, Real, Surface, Vector};
 
+use crate::dispatch::{PreparedSceneTask, ReadyScene};
 use crate::observer::Observer;
-use crate::prepare::PrepareError;
-use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::prepare::{PrepareError, PreparedScene};
+use crate::scene::{Material, MaterialModel, MeshData, Scene, Shape, SideRule, Sky};
+use crate::settings::{PrecisionChoice, Settings};
+
+pub use finding::{
+    CheckRun, FindingCode, FindingSubject, Severity, StressFinding, count_with_unit, format_decimal,
+};
+
+use Severity::{Harmless, PictureWrong, SlowOrNoisy};
+use facts::{ObjectFacts, SceneFacts, hits_along_ray, unit_random};
+use finding::{CountAndFirst, format_metres, round_up};
+use ray_survey::{RayEvent, RaySurvey, Sighting};
+use views::CameraView;
 
 /// Limits on the work of the checks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,13 +116,13 @@ impl StressSummary {
 
 /// Time limit of the checks, which also observes cancellation. When the time is over, no more rays
 /// are traced. When the observer cancels, all work ends.
-pub(crate) struct RayDeadline<'a> {
+struct RayDeadline<'a> {
     observer: &'a dyn Observer,
     end: Option<Instant>,
 }
 
 impl RayDeadline<'_> {
-    pub fn has_passed(&self) -> bool {
+    fn has_passed(&self) -> bool {
         self.observer.is_cancelled() || self.end.is_some_and(|end| Instant::now() >= end)
     }
 }
@@ -180,15 +150,6 @@ pub fn stress(
     effort: &StressEffort,
     observer: &dyn Observer,
 ) -> Result<StressSummary, PrepareError> {
-    let deadline = RayDeadline {
-        observer,
-        end: Instant::now().checked_add(effort.budget),
-    };
-    let session = StressSession {
-        scene,
-        settings,
-        observer,
-        deadline,
-    };
-    session.run_all_checks()
+    let end = Instant::now().checked_add(effort.budget);
+    session::run_all_checks(scene, settings, &RayDeadline { observer, end })
 }

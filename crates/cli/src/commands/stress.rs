@@ -10,11 +10,11 @@ use std::time::Instant;
 use raywright_core::display::Display;
 use raywright_core::settings::{Sampling, Settings};
 use raywright_core::stress::{
-    CheckRun, Severity, StressEffort, StressFinding, StressSummary, count_with_unit, stress,
+    FindingSubject, Severity, StressEffort, StressFinding, StressSummary, count_with_unit, stress,
 };
 use raywright_io::output::{self, PictureMark, PictureMetadata};
-use raywright_io::{Error, LoadedScene, Warning};
-use serde::Serialize;
+use raywright_io::{Error, LoadedScene};
+use serde_json::json;
 
 use crate::args::StressArgs;
 use crate::console::{self, Verbosity};
@@ -29,68 +29,14 @@ use crate::threads::Threads;
 use crate::{args, interrupt, scene_input};
 use text::StressText;
 
-/// Version of the layout of [`StressReport`].
+/// Version of the layout of the JSON.
 const FORMAT: u32 = 1;
 
 /// Greatest number of samples per pixel of the marked picture.
 const MARKED_PICTURE_SAMPLES: u32 = 16;
 
-/// The report as JSON.
-#[derive(Serialize)]
-struct StressReport<'a> {
-    format: u32,
-    version: &'static str,
-    scene: &'a str,
-    scene_hash: String,
-    seed: u64,
-    size: [u32; 2],
-    cameras: [usize; 2],
-    findings: Vec<FindingEntry>,
-    left_out: usize,
-    checks: Vec<CheckEntry>,
-    warnings: &'a [Warning],
-    cut_short: bool,
-    seconds: f64,
-}
-
-/// A finding in the JSON report.
-#[derive(Serialize)]
-struct FindingEntry {
-    code: &'static str,
-    severity: Severity,
-    /// Name of the subject: its list, its index and its own name.
-    about: String,
-    /// Path of the subject in the scene, and its position in the scene file (key `in`).
-    path: String,
-    #[serde(rename = "in")]
-    at: String,
-    /// Paths of the first hundred other subjects with the same fault, and the number of all of
-    /// them.
-    others: Vec<String>,
-    more: usize,
-    primitive: Option<u32>,
-    place: Option<[f64; 3]>,
-    pixel: Option<[f64; 2]>,
-    camera: Option<usize>,
-    count: u64,
-    of: u64,
-    unit: &'static str,
-    /// Words that follow the count and say what holds for the counted items.
-    predicate: &'static str,
-    why: String,
-    remedy: String,
-}
-
 /// Greatest number of paths of other subjects in an entry.
 const MOST_PATHS: usize = 100;
-
-#[derive(Serialize)]
-struct CheckEntry {
-    name: &'static str,
-    unit: &'static str,
-    looked_at: u64,
-    planned: u64,
-}
 
 /// Checks a scene and prints the findings. Fails if a finding is as severe as `--deny` or worse.
 pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
@@ -107,12 +53,10 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
         outputs.add_output(path, "-o")?;
     }
     let threads = Threads::within_machine(args.threads, verbosity)?;
-    let (mut notes, options) = (
-        Notes::new(verbosity),
-        plan::build_load_options(&args.changes, args.max_memory),
-    );
-    let mut loaded =
-        threads.run(|| scene_input::load_with_notes(&args.scene, &options, &mut notes))?;
+    let mut notes = Notes::new(verbosity);
+    let options = plan::build_load_options(&args.changes, args.max_memory);
+    let load = || scene_input::load_with_notes(&args.scene, &options, &mut notes);
+    let mut loaded = threads.run(load)?;
     outputs.check_against_inputs(&loaded.inputs)?;
     scene_input::note_added_parts(&loaded, &mut notes);
     notes.print_kept_messages();
@@ -123,16 +67,10 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
         progress: Some(&progress),
         ..RunObserver::with_stop_flag(stop)
     };
-    let report = threads.run(|| {
-        stress(
-            &loaded.scene,
-            &settings,
-            &StressEffort {
-                budget: args.budget,
-            },
-            &watch,
-        )
-    });
+    let effort = StressEffort {
+        budget: args.budget,
+    };
+    let report = threads.run(|| stress(&loaded.scene, &settings, &effort, &watch));
     progress.finish();
     let report = report.map_err(|error| prepare_failure(&loaded.source, error))?;
     if let Some(path) = &args.output {
@@ -156,29 +94,18 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
 
 /// Returns an error if a finding has the denied severity or a worse one.
 fn fail_on_denied(report: &StressSummary, denied: Severity, name: &str) -> Result<(), Failure> {
-    let all = report.findings.len();
-    let count = report
-        .findings
-        .iter()
-        .filter(|found| found.severity <= denied)
-        .count();
-    match (count, denied) {
-        (0, _) => Ok(()),
-        (_, Severity::PictureWrong) => Err(Failure::new(
-            Exit::Failed,
-            format_args!(
-                "{name}: the picture is wrong, see {} above",
-                count_with_unit(count as u64, "findings")
-            ),
-        )),
-        _ => Err(Failure::new(
-            Exit::Failed,
-            format_args!(
-                "{name}: --deny rejects {count} of {}",
-                count_with_unit(all as u64, "findings")
-            ),
-        )),
-    }
+    let all = count_with_unit(report.findings.len() as u64, "findings");
+    let findings = report.findings.iter();
+    let count = findings.filter(|found| found.severity <= denied);
+    let message = match (count.count(), denied) {
+        (0, _) => return Ok(()),
+        (count, Severity::PictureWrong) => {
+            let findings = count_with_unit(count as u64, "findings");
+            format!("{name}: the picture is wrong, see {findings} above")
+        }
+        (count, _) => format!("{name}: --deny rejects {count} of {all}"),
+    };
+    Err(Failure::new(Exit::Failed, message))
 }
 
 fn resolve_settings(args: &StressArgs, loaded: &mut LoadedScene) -> Result<Settings, Failure> {
@@ -256,60 +183,52 @@ fn finding_mark(index: usize, found: &StressFinding) -> Option<PictureMark> {
     })
 }
 
+/// Returns the report as JSON.
 fn format_json(
     loaded: &LoadedScene,
     settings: &Settings,
     report: &StressSummary,
     seconds: f64,
 ) -> String {
-    let entry = |found: &StressFinding| {
-        let path = found.subject.scene_path(&loaded.scene);
-        FindingEntry {
-            code: found.code.name(),
-            severity: found.severity,
-            about: found.subject.display_name(&loaded.scene),
-            at: loaded.source.format_value_position(&path),
-            path,
-            primitive: found.primitive,
-            place: found.place,
-            pixel: found.pixel.map(|(pixel, _)| pixel),
-            camera: found.pixel.map(|(_, camera)| camera),
-            count: found.count,
-            of: found.of,
-            unit: found.unit,
-            predicate: found.predicate,
-            others: found
-                .others
-                .iter()
-                .take(MOST_PATHS)
-                .map(|subject| subject.scene_path(&loaded.scene))
-                .collect(),
-            more: found.others.len(),
-            why: found.reason.clone(),
-            remedy: found.remedy.clone(),
-        }
+    let path = |subject: FindingSubject| subject.scene_path(&loaded.scene);
+    let finding = |found: &StressFinding| {
+        let own = path(found.subject);
+        let others = found.others.iter().take(MOST_PATHS);
+        json!({
+            "code": found.code,
+            "severity": found.severity,
+            "about": found.subject.display_name(&loaded.scene),
+            "path": own,
+            "in": loaded.source.format_value_position(&own),
+            "others": others.map(|&subject| path(subject)).collect::<Vec<_>>(),
+            "more": found.others.len(),
+            "primitive": found.primitive,
+            "place": found.place,
+            "pixel": found.pixel.map(|(pixel, _)| pixel),
+            "camera": found.pixel.map(|(_, camera)| camera),
+            "count": found.count,
+            "of": found.of,
+            "unit": found.unit,
+            "predicate": found.predicate,
+            "why": found.reason,
+            "remedy": found.remedy,
+        })
     };
-    let check = |run: &CheckRun| CheckEntry {
-        name: run.name,
-        unit: run.unit,
-        looked_at: run.looked_at,
-        planned: run.planned,
-    };
-    console::format_json(&StressReport {
-        format: FORMAT,
-        version: env!("CARGO_PKG_VERSION"),
-        scene: &loaded.source.name,
-        scene_hash: loaded.hash.to_string(),
-        seed: settings.seed,
-        size: report.size,
-        cameras: report.cameras,
-        findings: report.findings.iter().map(entry).collect(),
-        left_out: report.left_out,
-        checks: report.checks.iter().map(check).collect(),
-        warnings: &loaded.warnings,
-        cut_short: report.is_cut_short(),
-        seconds,
-    })
+    console::format_json(&json!({
+        "format": FORMAT,
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": loaded.source.name,
+        "scene_hash": loaded.hash.to_string(),
+        "seed": settings.seed,
+        "size": report.size,
+        "cameras": report.cameras,
+        "findings": report.findings.iter().map(finding).collect::<Vec<_>>(),
+        "left_out": report.left_out,
+        "checks": report.checks,
+        "warnings": loaded.warnings,
+        "cut_short": report.is_cut_short(),
+        "seconds": seconds,
+    }))
 }
 
 /// Returns groups of findings, by their numbers, whose marks overlap in the picture.

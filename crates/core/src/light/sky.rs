@@ -119,11 +119,6 @@ impl<R: Real> SkyRadiance<R> {
         matches!(self.kind, SkyKind::Black)
     }
 
-    /// Whether an expression gives the radiance.
-    pub(crate) fn is_expression(&self) -> bool {
-        matches!(self.kind, SkyKind::Expression(..))
-    }
-
     /// Returns the image of the sky, if any.
     pub(crate) fn image(&self) -> Option<&Arc<ImageData>> {
         if let SkyKind::Map(map) = &self.kind {

@@ -2,6 +2,7 @@
 //! is narrower than the error bound of a hit, a ray that leaves one surface starts beyond the
 //! other. The picture then lacks the gap.
 
+use glam::DVec3;
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::{PreparedScene, PreparedSpawnRule};
@@ -28,6 +29,10 @@ pub struct UnresolvedGap {
     /// Whether partly transparent surfaces of the two lie in one place. No precision then shows the
     /// second.
     pub is_coincident: bool,
+    /// Number of the search rays that find the gap in front of all opaque surfaces.
+    pub rays: u32,
+    /// World position of the gap, on the first such ray if there is one.
+    pub place: DVec3,
 }
 
 impl<R: Real> PreparedScene<R> {
@@ -56,7 +61,7 @@ impl<R: Real> PreparedScene<R> {
 
     /// Adds the unresolved gaps along a ray that passes straight through surfaces.
     fn find_gaps_along_ray(&self, ray: &Ray<R>, gaps: &mut Vec<UnresolvedGap>) {
-        let mut range = Interval::positive();
+        let (mut range, mut is_seen) = (Interval::positive(), true);
         for _ in 0..MAX_HITS {
             let Some(hit) = self.geometry.closest(ray, range, &mut ()) else {
                 return;
@@ -65,6 +70,7 @@ impl<R: Real> PreparedScene<R> {
             let object = hit.outermost_id();
             let material = &self.materials[self.objects[object as usize].material as usize];
             if material.is_opaque() {
+                is_seen = false;
                 continue;
             }
             let surface = self.geometry.surface(ray, &hit);
@@ -91,13 +97,19 @@ impl<R: Real> PreparedScene<R> {
                     other: other as usize,
                     resolved_width: width.to_f64(),
                     is_coincident,
+                    rays: u32::from(is_seen),
+                    place: self.to_world(surface.point),
                 };
                 match gaps
                     .iter_mut()
                     .find(|known| (known.object, known.other) == (gap.object, gap.other))
                 {
                     Some(known) => {
-                        known.resolved_width = known.resolved_width.max(gap.resolved_width)
+                        known.resolved_width = known.resolved_width.max(gap.resolved_width);
+                        if known.rays == 0 {
+                            known.place = gap.place;
+                        }
+                        known.rays += gap.rays;
                     }
                     None => gaps.push(gap),
                 }

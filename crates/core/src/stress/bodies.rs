@@ -1,215 +1,268 @@
 //! Findings about glass bodies and coinciding surfaces, from the rays of the cameras and from rays
 //! that start at surfaces.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use super::aimed::AimedRayResult;
-use super::coplanar::DepthResolution;
-use super::duplicates::DuplicateObjects;
-use super::facts::{ObjectFacts, SceneFacts, SurfaceKind, finite_point};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use super::glass_contacts::{check_glass_contacts, sunk_glass_remedy};
-use super::numbers::{append_metre_unit, format_metres, format_rounded_up};
-use super::overlap_table::OverlapTable;
-use super::overlaps::{TOUCHING_GLASS_REMEDY, separation_remedy};
-use super::ray_survey::{RaySurvey, SightingCount};
+use super::facts::object_bounds;
+use super::finding::round_to_two_digits;
 use super::topology::Topology;
-use super::twin_shadows::check_twin_shadows;
+use super::*;
+use crate::integrator::MAX_MEDIA;
 use crate::prepare::{LampRef, LightLeak, UnresolvedGap};
-use crate::scene::{Material, MaterialModel, Shape};
 
 /// Share of the rays through an object above which a fault of the object shows in the picture.
-pub(super) const SEEN: f64 = 0.02;
+const SEEN: f64 = 0.02;
 /// The same share for bodies that are open or touch. Touching faces that few rays cross have no
 /// visible effect.
 const OPEN: f64 = 0.05;
 /// The same share for overlapping copies of a generator. A few of many copies at random positions
 /// always overlap, with hardly any visible effect.
 const COPIES: f64 = 0.1;
+/// The same share for surfaces of one material that shadow each other.
+const SHADOWED: f64 = 0.01;
 /// Share of all rays that start at surfaces above which a fault shows in the picture.
 const OF_ALL: f64 = 0.002;
+/// Least number of search rays that find a gap in front of all opaque surfaces for the gap to show.
+const FEWEST_GAP_RAYS: u32 = 3;
+/// Thickness of glass that is resolved, as a share of the separation of two objects that is.
+const RESOLVED: f64 = 0.25;
 
-/// Inputs of the checks of bodies and surfaces.
-pub(super) struct BodyChecks<'a> {
-    pub scene_facts: &'a SceneFacts<'a>,
-    pub topologies: &'a BTreeMap<usize, Topology>,
-    pub doubles: &'a DuplicateObjects,
-    pub survey: &'a RaySurvey,
-    pub resolution: &'a DepthResolution<'a>,
-    pub overlaps: &'a OverlapTable,
+/// Remedy for two bodies of glass that touch.
+pub(super) const TOUCHING_GLASS_REMEDY: &str =
+    "let one reach into the other and set a `priority` for the material of each";
+
+/// Remedy for glass that touches an opaque object.
+fn sunk_glass_remedy(other: &str) -> String {
+    format!(
+        "let the glass reach into {other}, if only by a millimetre (a gap between the two, however narrow, would be a film of air, and look different)"
+    )
 }
 
-impl BodyChecks<'_> {
-    /// Returns the findings of all checks of bodies and surfaces. `aimed` holds the results of rays
-    /// aimed at edges and corners, for each camera.
-    pub fn check_bodies(&self, aimed: &[AimedRayResult]) -> Vec<StressFinding> {
-        let mut findings = self.check_open_bodies();
-        findings.extend(self.check_sides_and_thickness());
-        findings.extend(self.check_number_of_bodies());
-        findings.extend(self.check_nested_bodies());
-        findings.extend(self.check_flickering_surfaces());
-        findings.extend(self.check_ray_starts());
-        findings.extend(check_glass_contacts(self.scene_facts, self.survey));
-        findings.extend(check_twin_shadows(
-            self.scene_facts,
-            self.survey,
-            self.resolution,
-        ));
-        let sent = aimed.iter().map(|rays| rays.sent).sum();
-        for (&object, &(count, point)) in aimed.iter().flat_map(|rays| &rays.leaks) {
-            let reason = "rays pass between triangles that share an edge or a corner";
-            let remedy = "please report this fault of the program, with the scene file";
-            let predicate = "aimed at edges and corners passed";
-            findings.push(
-                self.wrong_picture_finding(FindingCode::Leak, object, reason, remedy)
-                    .with_count(count, sent, "rays", predicate)
-                    .with_place(finite_point(point)),
-            );
-        }
-        findings
-    }
-
-    /// Returns a finding that makes the picture wrong.
-    pub fn wrong_picture_finding(
-        &self,
-        code: FindingCode,
-        object: usize,
-        reason: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> StressFinding {
-        let subject = self.scene_facts.objects[object].subject;
-        StressFinding::new(code, Severity::PictureWrong, subject, reason, remedy)
-    }
-
-    /// Checks rays that start at a surface: whether they hit it again, or start beyond another
-    /// surface.
-    fn check_ray_starts(&self) -> Vec<StressFinding> {
-        let survey = self.survey;
-        let mut findings = Vec::new();
-        for (&object, sighting) in &survey.self_hits {
-            let reason = "rays that start at this surface hit it again at their start, which shows as dark speckles";
-            let remedy = "remove `classic.spawn` from the scene file, or set a larger `offset` in `classic.spawn`";
-            let predicate = "that start at a surface hit it again";
-            findings.push(
-                self.wrong_picture_finding(FindingCode::SelfHit, object, reason, remedy)
-                    .with_count(sighting.count, survey.spawned_rays, "rays", predicate)
-                    .with_place(finite_point(sighting.position)),
-            );
-        }
-        let many =
-            |sighting: &SightingCount| sighting.count as f64 > OF_ALL * survey.spawned_rays as f64;
-        for (&object, sighting) in survey
-            .starts_behind_surface
-            .iter()
-            .filter(|(_, sighting)| many(sighting))
-        {
-            let reason = "rays that start at this surface begin behind another surface, whose shadow and reflection are missing there";
-            let remedy = "remove `classic.spawn` from the scene file, or set a smaller `offset` in `classic.spawn`";
-            let predicate = "that start at a surface began behind another surface";
-            findings.push(
-                self.wrong_picture_finding(FindingCode::StartBeyondSurface, object, reason, remedy)
-                    .with_count(sighting.count, survey.spawned_rays, "rays", predicate)
-                    .with_place(finite_point(sighting.position)),
-            );
-        }
-        findings
-    }
-
-    /// Finds glass bodies that rays enter without leaving, or leave without entering. Meshes with
-    /// open or inconsistent edges are left to the checks of meshes.
-    fn check_open_bodies(&self) -> Vec<StressFinding> {
-        let finding = |(&object, sighting): (&usize, &SightingCount)| {
-            let object_facts = &self.scene_facts.objects[object];
-            let is_closed = self.is_closed_body(object_facts);
-            let edges_tell = matches!(object_facts.object.shape, Shape::Mesh(_)) && !is_closed;
-            let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &object);
-            // What has no end has an inside that nothing leaves.
-            let is_endless = matches!(object_facts.object.shape, Shape::Plane { .. });
-            let is_few = sighting.count < 3 || (sighting.count as f64) < OPEN * hit_count as f64;
-            let is_thin = self
-                .unresolved_thickness(object_facts, sighting.position)
-                .is_some();
-            // Rays that hit the opaque body alone count as rays that leave the glass. Contacts that are
-            // not in the table are not known to be such.
-            let is_unknown = is_closed && !self.overlaps.has_all_contacts;
-            if is_thin
-                || is_unknown
-                || edges_tell
-                || is_endless
-                || is_few
-                || self.doubles.has_duplicate(object)
-            {
-                return None;
+impl SceneFacts<'_> {
+    /// Returns the findings about bodies and surfaces.
+    pub fn check_bodies(&self, survey: &RaySurvey) -> Vec<StressFinding> {
+        let events = survey.events.iter();
+        let of_event = |(&event, at): (&RayEvent, &Sighting)| match event {
+            RayEvent::Unbalanced(object) => self.open_body_finding(survey, object, at),
+            RayEvent::FirstHit(object) => self
+                .hidden_side_finding(object, at)
+                .or_else(|| self.thin_glass_finding(object, at)),
+            RayEvent::ContactLost(pair) => self.lost_contact_finding(survey, pair, at),
+            RayEvent::Coincident(pair) => self.flicker_finding(survey, pair, at),
+            RayEvent::TwinShadow(pair) => self.twin_shadow_finding(survey, pair, at),
+            RayEvent::SelfHit(object) => {
+                let finding = FindingCode::SelfHit.wrong(object,
+                    "rays that start at this surface hit it again at their start, which shows as dark speckles",
+                    "remove `classic.spawn` from the scene file, or set a larger `offset` in `classic.spawn`",
+                );
+                let predicate = "that start at a surface hit it again";
+                Some(finding.with_rays(at.count, survey.spawned_rays, predicate))
             }
-            let (reason, remedy) = match is_closed {
-                true => (
-                    "this glass body touches another surface: rays that enter it do not leave it, or the reverse, and are bent and tinted wrongly",
-                    format!(
-                        "if it touches another body of glass, {TOUCHING_GLASS_REMEDY}; if it touches an opaque object, {}",
-                        sunk_glass_remedy("that object")
-                    ),
-                ),
-                false => (
-                    "this glass body is open: rays that enter it do not leave it, or the reverse, and are bent and tinted wrongly",
-                    "close the body (a cylinder with `caps`), or, if it should be a pane without an inside, set `thin_walled` for its material".to_owned(),
-                ),
-            };
-            let predicate = "enter it without leaving, or leave it without entering";
-            Some(
-                self.wrong_picture_finding(FindingCode::OpenBody, object, reason, remedy)
-                    .with_count(sighting.count, hit_count, "rays", predicate)
-                    .with_place(finite_point(sighting.position)),
-            )
+            RayEvent::StartBehindSurface(object) => {
+                let finding = FindingCode::StartBeyondSurface.wrong(object,
+                    "rays that start at this surface begin behind another surface, whose shadow and reflection are missing there",
+                    "remove `classic.spawn` from the scene file, or set a smaller `offset` in `classic.spawn`",
+                );
+                let predicate = "that start at a surface began behind another surface";
+                let is_seen = at.count as f64 > OF_ALL * survey.spawned_rays as f64;
+                is_seen.then(|| finding.with_rays(at.count, survey.spawned_rays, predicate))
+            }
+            _ => None,
         };
-        self.survey.unbalanced.iter().filter_map(finding).collect()
+        let of_event = |(event, at)| Some(of_event((event, at))?.with_place(at.position));
+        let mut findings: Vec<StressFinding> = events.filter_map(of_event).collect();
+        findings.extend(self.many_bodies_finding(survey));
+        findings.extend(self.nested_glass_finding(survey));
+        findings
     }
 
     /// Returns whether a material has a priority.
-    pub fn has_priorities(&self) -> bool {
+    fn has_priorities(&self) -> bool {
         let is_nested = |material: &Material| matches!(&material.model, MaterialModel::Physical(m) if m.has_priority());
-        let used = self.scene_facts.used_materials();
-        used.iter().any(|(_, material)| is_nested(material))
+        self.used_materials().into_values().any(is_nested)
     }
 
     /// Returns whether a body is closed by its shape. Of the meshes, those without open or
     /// inconsistent edges are.
-    pub fn is_closed_body(&self, object_facts: &ObjectFacts<'_>) -> bool {
-        match object_facts.object.shape {
-            Shape::Mesh(_) => self
-                .scene_facts
-                .mesh_of_object(object_facts.object)
-                .and_then(|(mesh, _)| self.topologies.get(&mesh))
-                .is_none_or(Topology::is_closed),
-            Shape::Sphere { .. }
-            | Shape::Box { .. }
-            | Shape::Ellipsoid { .. }
-            | Shape::Cone { .. }
-            | Shape::Torus { .. } => true,
-            Shape::Cylinder { caps, height, .. } => caps && height.is_some(),
-            _ => false,
+    fn is_closed_body(&self, object: &ObjectFacts<'_>) -> bool {
+        match (object.mesh, &object.object.shape) {
+            (Some(_), _) => self.topology(object).is_none_or(Topology::is_closed),
+            (_, Shape::Cylinder { caps, height, .. }) => *caps && height.is_some(),
+            (_, shape) => matches!(
+                shape,
+                Shape::Sphere { .. }
+                    | Shape::Box { .. }
+                    | Shape::Ellipsoid { .. }
+                    | Shape::Cone { .. }
+                    | Shape::Torus { .. }
+            ),
         }
     }
 
-    fn check_nested_bodies(&self) -> Vec<StressFinding> {
-        if self.has_priorities() {
-            return Vec::new();
+    /// Returns the finding about a glass body that rays enter without leaving, or leave without
+    /// entering. Meshes with open or inconsistent edges are left to the checks of meshes.
+    fn open_body_finding(
+        &self,
+        survey: &RaySurvey,
+        object: usize,
+        at: &Sighting,
+    ) -> Option<StressFinding> {
+        let body = &self.objects[object];
+        let is_closed = self.is_closed_body(body);
+        let edges_tell = body.mesh.is_some() && !is_closed;
+        let all = survey.count(RayEvent::Crossed(object));
+        let is_few = at.count < 3 || (at.count as f64) < OPEN * all as f64;
+        // Rays that hit the opaque body alone count as rays that leave the glass. Contacts that are
+        // not in the table are not known to be such.
+        let is_unknown = is_closed && !self.overlaps.has_all_contacts;
+        // What has no end has an inside that nothing leaves.
+        let is_endless = matches!(body.object.shape, Shape::Plane { .. });
+        if is_few
+            || is_unknown
+            || is_endless
+            || edges_tell
+            || self.unresolved_thickness(body, at.position).is_some()
+            || self.duplicates.has_duplicate(object)
+        {
+            return None;
         }
-        let is_seen = |(pair, sighting): &(&[usize; 2], &SightingCount)| {
-            let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &pair[1]);
-            let seen = if pair[0] == pair[1] { COPIES } else { SEEN };
-            let is_few = sighting.count < 3 || (sighting.count as f64) < seen * hit_count as f64;
-            !is_few && !self.doubles.are_duplicates(**pair)
+        let (reason, remedy) = match is_closed {
+            true => (
+                "this glass body touches another surface: rays that enter it do not leave it, or the reverse, and are bent and tinted wrongly",
+                format!(
+                    "if it touches another body of glass, {TOUCHING_GLASS_REMEDY}; if it touches an opaque object, {}",
+                    sunk_glass_remedy("that object")
+                ),
+            ),
+            false => (
+                "this glass body is open: rays that enter it do not leave it, or the reverse, and are bent and tinted wrongly",
+                "close the body (a cylinder with `caps`), or, if it should be a pane without an inside, set `thin_walled` for its material".to_owned(),
+            ),
         };
-        let seen: Vec<_> = self.survey.nested.iter().filter(is_seen).collect();
-        let most = seen.iter().max_by_key(|(_, sighting)| sighting.count);
-        let Some(&(&[outer, inner], sighting)) = most else {
-            return Vec::new();
+        let predicate = "enter it without leaving, or leave it without entering";
+        let finding = FindingCode::OpenBody.wrong(body.index, reason, remedy);
+        Some(finding.with_rays(at.count, all, predicate))
+    }
+
+    /// Returns the finding about glass of which `side` hides one side, so that rays enter it and
+    /// never leave it, or the reverse.
+    fn hidden_side_finding(&self, object: usize, at: &Sighting) -> Option<StressFinding> {
+        let body = self.seen_body(object, at)?;
+        let hidden = match body.object.side {
+            SideRule::Outside => "enter it and never leave it",
+            SideRule::Inside => "leave it without entering it",
+            SideRule::Both | SideRule::Culled => return None,
         };
-        let subject = |object: usize| self.scene_facts.objects[object].subject;
-        let around = subject(outer).display_name(self.scene_facts.scene);
-        let others: BTreeSet<usize> = seen
+        let finding = FindingCode::OpenBody.wrong(body.index,
+            format!("its `side` hides one side of this glass, so that rays {hidden}, and are bent and tinted wrongly"),
+            "remove `side` from the object, or set `thin_walled` for its material, if it should be a pane without an inside",
+        );
+        Some(finding)
+    }
+
+    /// Returns the finding about closed glass that is thinner than rounding.
+    fn thin_glass_finding(&self, object: usize, at: &Sighting) -> Option<StressFinding> {
+        let body = self.seen_body(object, at)?;
+        let thickness = self.unresolved_thickness(body, at.position)?;
+        let least = format_metres(round_up(self.min_separation_at(at.position)));
+        let finding = FindingCode::ClosedGap.wrong(body.index,
+            format!(
+                "this glass is only {} thick, too thin for the precision at that place: light that enters the glass misses its other side",
+                format_metres(thickness)
+            ),
+            format!("set `thin_walled` for its material, or make the glass {least} thick or more"),
+        );
+        self.is_closed_body(body).then_some(finding)
+    }
+
+    /// Returns a body of glass with an end, if more than a few rays hit it.
+    fn seen_body(&self, object: usize, at: &Sighting) -> Option<&ObjectFacts<'_>> {
+        let body = &self.objects[object];
+        let is_plane = matches!(body.object.shape, Shape::Plane { .. });
+        (body.is_body() && !is_plane && at.count >= 3).then_some(body)
+    }
+
+    /// Returns the thickness of a body in metres if it is too thin for the precision at a position:
+    /// the least edge of its bounding box in object space.
+    fn unresolved_thickness(&self, body: &ObjectFacts<'_>, position: DVec3) -> Option<f64> {
+        let bounds = object_bounds(body, DAffine3::IDENTITY, &mut HashMap::new())?;
+        let matrix = body.object_to_world.matrix3;
+        let widths = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec3::length);
+        let thickness = (bounds.extent() * DVec3::from(widths)).min_element();
+        let least = RESOLVED * self.min_separation_at(position);
+        (thickness > 0.0 && thickness < least).then_some(thickness)
+    }
+
+    /// Returns the finding about an opaque object that is lost where glass touches it.
+    fn lost_contact_finding(
+        &self,
+        survey: &RaySurvey,
+        [glass, other]: [usize; 2],
+        at: &Sighting,
+    ) -> Option<StressFinding> {
+        let all = survey.count(RayEvent::Crossed(glass));
+        if at.count < 3 || (at.count as f64) < OPEN * all as f64 {
+            return None;
+        }
+        let named = self.object_name(other);
+        let finding = FindingCode::ClosedGap.wrong(glass,
+            format!("it touches {named}, and rays hit the glass alone, which is the first of the two in the file: light that leaves the glass there passes through {named}"),
+            sunk_glass_remedy(&named),
+        );
+        let predicate = "through the glass cross the common face";
+        Some(finding.with_rays(at.count, all, predicate))
+    }
+
+    /// Returns the finding about the object that lies in the greatest number of other bodies, in a
+    /// scene with priorities, if a path does not know so many at once.
+    fn many_bodies_finding(&self, survey: &RaySurvey) -> Option<StressFinding> {
+        let beyond = survey.of(|event| match event {
+            RayEvent::BeyondMostBodies(object) => Some(object),
+            _ => None,
+        });
+        let (object, at) = beyond.into_iter().max_by_key(|(_, at)| at.count)?;
+        // Bodies that differ in their priority alone look like one.
+        let glass = |object: &ObjectFacts<'_>| {
+            let mut model = object.material?.1.model.clone();
+            if let MaterialModel::Physical(m) = &mut model {
+                m.priority = 0;
+            }
+            Some(model)
+        };
+        let own = glass(&self.objects[object]);
+        let mut bodies = self.objects.iter().filter(|o| o.is_body());
+        let all = survey.count(RayEvent::Crossed(object));
+        let is_few = at.count < 3 || (at.count as f64) < SEEN * all as f64;
+        if is_few || !self.has_priorities() || bodies.all(|other| glass(other) == own) {
+            return None;
+        }
+        let finding = FindingCode::NestedGlass.wrong(object,
+            format!("it lies inside {MAX_MEDIA} or more other bodies, but a path knows at most {MAX_MEDIA} bodies at once: the boundaries of the others do not bend or tint light"),
+            format!("let at most {MAX_MEDIA} bodies of glass overlap in one place"),
+        );
+        let predicate = "that enter it were already inside that many other bodies";
+        Some(
+            finding
+                .with_rays(at.count, all, predicate)
+                .with_place(at.position),
+        )
+    }
+
+    /// Returns the finding about bodies of glass inside each other, in a scene without priorities.
+    fn nested_glass_finding(&self, survey: &RaySurvey) -> Option<StressFinding> {
+        let mut nested = survey.of(|event| match event {
+            RayEvent::Nested(pair) => Some(pair),
+            _ => None,
+        });
+        nested.retain(|&([outer, inner], at)| {
+            let least = if outer == inner { COPIES } else { SEEN };
+            let all = survey.count(RayEvent::Crossed(inner)) as f64;
+            let is_few = at.count < 3 || (at.count as f64) < least * all;
+            !is_few && !self.duplicates.are_duplicates([outer, inner])
+        });
+        let most = nested.iter().max_by_key(|(_, at)| at.count);
+        let &([outer, inner], at) = most.filter(|_| !self.has_priorities())?;
+        let others: BTreeSet<usize> = nested
             .iter()
-            .map(|(pair, _)| pair[1])
+            .map(|([_, other], _)| *other)
             .filter(|&other| other != inner)
             .collect();
         let more = match others.len() {
@@ -217,14 +270,20 @@ impl BodyChecks<'_> {
             1 => "; one more body overlaps others too".to_owned(),
             more => format!("; {more} more bodies overlap others too"),
         };
-        let place = match outer == inner {
-            true => "copies of this generator overlap each other".to_owned(),
-            false => format!("this glass body overlaps {around} or is inside it"),
+        let (place, predicate) = match outer == inner {
+            true => (
+                "copies of this generator overlap each other".to_owned(),
+                "that hit one were inside another copy",
+            ),
+            false => (
+                format!(
+                    "this glass body overlaps {} or is inside it",
+                    self.object_name(outer)
+                ),
+                "that enter it were inside the other body",
+            ),
         };
-        let reason = format!(
-            "{place}{more}: each boundary then bends light as if there were air between the bodies"
-        );
-        let material = |object: usize| self.scene_facts.objects[object].material.map(|m| m.0);
+        let material = |object: usize| self.objects[object].material.map(|(index, _)| index);
         let remedy = match material(outer) == material(inner) {
             false => {
                 "set a `priority` for the material of each body, and let bodies that touch reach into each other: where bodies overlap, the one with the greatest priority counts"
@@ -233,154 +292,183 @@ impl BodyChecks<'_> {
                 "if the bodies should be one, set a `priority` for their material; if one should be a hollow in the other, give each body its own material with a `priority`, and the hollow the greater `priority` and `ior = 1`"
             }
         };
-        let finding = self.wrong_picture_finding(FindingCode::NestedGlass, inner, reason, remedy);
-        let finding = if others.is_empty() {
-            let hit_count = RaySurvey::sighting_count(&self.survey.sightings, &inner);
-            let predicate = match outer == inner {
-                true => "that hit one were inside another copy",
-                false => "that enter it were inside the other body",
-            };
-            finding.with_count(sighting.count, hit_count, "rays", predicate)
-        } else {
-            let all = &self.scene_facts.objects;
-            let is_body = |object: &&ObjectFacts<'_>| object.surface_kind == SurfaceKind::Body;
-            let bodies = all.iter().filter(is_body).count() as u64;
-            let count = 1 + others.len() as u64;
-            finding.with_count(count, bodies, "glass bodies", "overlap another one")
+        let reason = format!(
+            "{place}{more}: each boundary then bends light as if there were air between the bodies"
+        );
+        let subject = FindingSubject::Object(inner);
+        let finding = FindingCode::NestedGlass.finding(PictureWrong, subject, reason, remedy);
+        let bodies = self.objects.iter().filter(|o| o.is_body()).count();
+        let finding = match others.len() {
+            0 => finding.with_rays(at.count, survey.count(RayEvent::Crossed(inner)), predicate),
+            more => finding.with_count(
+                1 + more as u64,
+                bodies as u64,
+                "glass bodies",
+                "overlap another one",
+            ),
         };
-        vec![StressFinding {
-            others: others.into_iter().map(subject).collect(),
-            ..finding.with_place(finite_point(sighting.position))
-        }]
+        Some(StressFinding {
+            others: others.into_iter().map(FindingSubject::Object).collect(),
+            ..finding.with_place(at.position)
+        })
     }
 
     /// Returns whether two coinciding surfaces are visible in turns: each is the nearest surface
     /// for a twentieth of the rays or more.
-    pub fn is_flickering_pair(&self, [a, b]: [usize; 2]) -> bool {
-        let objects = &self.scene_facts.objects;
-        let [one, other] =
-            [[a, b], [b, a]].map(|pair| RaySurvey::sighting_count(&self.survey.coincident, &pair));
-        let differ = objects[a].object.material != objects[b].object.material;
-        differ && one + other >= 10 && 20 * one.min(other) >= one + other
+    pub fn is_flickering_pair(&self, survey: &RaySurvey, [a, b]: [usize; 2]) -> bool {
+        let [one, other] = [[a, b], [b, a]].map(|pair| survey.count(RayEvent::Coincident(pair)));
+        let material = |object: usize| &self.objects[object].object.material;
+        material(a) != material(b) && shows_in_turns(one, other)
     }
 
-    /// Finds pairs of coinciding surfaces that are visible in turns.
-    fn check_flickering_surfaces(&self) -> Vec<StressFinding> {
-        let finding = |(pair, sighting): (&[usize; 2], &SightingCount)| {
-            let [a, b] = *pair;
-            if a > b || !self.is_flickering_pair(*pair) || self.doubles.are_duplicates(*pair) {
+    /// Returns the finding about a pair of coinciding surfaces that are visible in turns.
+    fn flicker_finding(
+        &self,
+        survey: &RaySurvey,
+        [a, b]: [usize; 2],
+        at: &Sighting,
+    ) -> Option<StressFinding> {
+        let is_told = a > b || self.duplicates.are_duplicates([a, b]);
+        let other = survey.events.get(&RayEvent::Coincident([b, a]));
+        let other = other.filter(|_| !is_told && self.is_flickering_pair(survey, [a, b]))?;
+        let apart = at.value.max(other.value);
+        let finding = FindingCode::FlickeringSurfaces.wrong(a,
+            format!(
+                "it lies in the same place as {}, at most {} away, so that rounding decides from ray to ray which of the two is seen",
+                self.object_name(b),
+                format_metres(apart)
+            ),
+            self.separation_remedy(self.min_separation_at(at.position), apart),
+        );
+        let predicate = "of the cameras hit both in one place";
+        let count = at.count + other.count;
+        Some(finding.with_rays(count, survey.rays, predicate))
+    }
+
+    /// Returns the finding about two surfaces of one material so close that rays which start at one
+    /// hit the other. Both look alike, but the lower one is in the shadow of the upper one. Those of
+    /// two materials are reported by what is seen of them.
+    fn twin_shadow_finding(
+        &self,
+        survey: &RaySurvey,
+        [a, b]: [usize; 2],
+        at: &Sighting,
+    ) -> Option<StressFinding> {
+        let objects = BTreeSet::from([a, b]).into_iter();
+        let all: u64 = objects.map(|o| survey.count(RayEvent::FirstHit(o))).sum();
+        let is_seen = at.count >= 10 && at.count as f64 >= SHADOWED * all as f64;
+        if !is_seen || self.objects[a].object.material != self.objects[b].object.material {
+            return None;
+        }
+        let least = format_metres(round_up(self.min_separation_at(at.position)));
+        let exact = self.or_reference();
+        let (place, remedy) = match a == b {
+            true => (
+                format!("two layers of its surface lie less than {least} apart"),
+                format!("remove one of the two layers in the modelling program{exact}"),
+            ),
+            false => (
+                format!(
+                    "its surface lies less than {least} from that of {}",
+                    self.object_name(a)
+                ),
+                format!("remove one of the two, or leave {least} or more between them{exact}"),
+            ),
+        };
+        let finding = FindingCode::FlickeringSurfaces.wrong(b,
+            format!("{place}, too close for the precision: where rays hit the lower one, it is in the shadow of the upper one, which shows as dark speckles"),
+            remedy,
+        );
+        let predicate = "that start at one hit the other at once";
+        Some(finding.with_rays(at.count, survey.spawned_rays, predicate))
+    }
+
+    /// Returns the remedy for two surfaces that are too close. `minimum` is the least
+    /// distinguishable separation, `gap` the actual one, both in metres.
+    pub fn separation_remedy(&self, minimum: f64, gap: f64) -> String {
+        let exact = if gap > 0.0 { self.or_reference() } else { "" };
+        // In double precision, files have fewer digits than storage.
+        let minimum = match self.settings.precision {
+            PrecisionChoice::Robust => minimum,
+            PrecisionChoice::Reference => 1e6 * minimum,
+        };
+        let least = format_metres(round_up(minimum));
+        format!(
+            "leave {least} or more between the two: move the object that should be seen to the side from which it should be seen, or remove the other{exact}"
+        )
+    }
+
+    /// Returns the findings about gaps beside glass that are lost when coordinates are rounded for
+    /// storage. Rays find a gap from either side.
+    pub fn gap_findings(&self, gaps: &[UnresolvedGap]) -> Vec<StressFinding> {
+        let mut pairs = BTreeSet::new();
+        let finding = |gap: &UnresolvedGap| {
+            let pair = [gap.object, gap.other].map(|object| self.facts_index(object as u32));
+            let is_new = pairs.insert([gap.object.min(gap.other), gap.object.max(gap.other)]);
+            if !is_new || self.duplicates.are_duplicates(pair) {
                 return None;
             }
-            let pairs = [[a, b], [b, a]];
-            let all = pairs.map(|pair| RaySurvey::sighting_count(&self.survey.coincident, &pair));
-            let apart = pairs
-                .iter()
-                .filter_map(|pair| self.survey.max_separations.get(pair))
-                .fold(0.0_f64, |maximum, &apart| maximum.max(apart));
-            let with = self.scene_facts.objects[b]
-                .subject
-                .display_name(self.scene_facts.scene);
-            let reason = format!(
-                "it lies in the same place as {with}, at most {} away, so that rounding decides from ray to ray which of the two is seen",
-                format_metres(apart)
+            let is_seen = gap.rays >= FEWEST_GAP_RAYS;
+            let end = if is_seen {
+                ""
+            } else {
+                "; hardly any ray of the cameras gets there"
+            };
+            let least = format_metres(round_to_two_digits(gap.resolved_width));
+            let opaque = pair
+                .into_iter()
+                .find(|&object| self.objects[object].is_opaque());
+            let touch = match opaque {
+                Some(opaque) => sunk_glass_remedy(&self.object_name(opaque)),
+                None => TOUCHING_GLASS_REMEDY.to_owned(),
+            };
+            let finding = FindingCode::ClosedGap.finding(
+                Severity::if_seen(is_seen),
+                FindingSubject::Object(pair[0]),
+                format!(
+                    "it touches {}, or is less than {least} away from it, too close for the precision: light that leaves one of the two misses the surface of the other{end}",
+                    self.object_name(pair[1])
+                ),
+                format!("if the two should touch, {touch}; if there should be air between them, leave {least} or more{}", self.or_reference()),
             );
-            let remedy = separation_remedy(
-                self.resolution.min_separation_at(sighting.position),
-                apart,
-                self.resolution.precision,
-            );
-            let predicate = "of the cameras hit both in one place";
-            Some(
-                self.wrong_picture_finding(FindingCode::FlickeringSurfaces, a, reason, remedy)
-                    .with_count(all.iter().sum(), self.survey.rays, "rays", predicate)
-                    .with_place(finite_point(sighting.position)),
-            )
+            Some(finding.with_place(gap.place))
         };
-        self.survey.coincident.iter().filter_map(finding).collect()
+        gaps.iter().filter_map(finding).collect()
     }
-}
 
-/// Returns the findings about gaps and lamp covers that are lost when coordinates are rounded for
-/// storage.
-pub(super) fn closed_gap_findings(
-    scene_facts: &SceneFacts<'_>,
-    (doubles, overlaps): (&DuplicateObjects, &OverlapTable),
-    gaps: &[UnresolvedGap],
-    leaks: &[LightLeak],
-) -> Vec<StressFinding> {
-    let subject =
-        |object: usize| scene_facts.objects[scene_facts.facts_index(object as u32)].subject;
-    let words = |object: usize| subject(object).display_name(scene_facts.scene);
-    let opaque_one = |gap: &UnresolvedGap| {
-        let is_opaque = |object: &usize| {
-            let index = scene_facts.facts_index(*object as u32);
-            scene_facts.objects[index].surface_kind == SurfaceKind::Opaque
-        };
-        [gap.object, gap.other].into_iter().find(is_opaque)
-    };
-    let gap = |gap: &UnresolvedGap| {
-        let reason = format!(
-            "it touches {other}, or is less than {} away from it, too close for the precision: light that leaves one of the two misses the surface of the other",
-            append_metre_unit(&format_rounded_up(gap.resolved_width)),
-            other = words(gap.other)
-        );
-        let least = append_metre_unit(&format_rounded_up(gap.resolved_width));
-        let remedy = gap_remedy(&least, opaque_one(gap).map(words));
-        StressFinding::new(
-            FindingCode::ClosedGap,
-            Severity::PictureWrong,
-            subject(gap.object),
-            reason,
-            remedy,
-        )
-    };
-    let leak = |leak: &LightLeak| {
+    /// Returns the lamp of a leak, and its cover.
+    pub fn leak_subjects(&self, leak: &LightLeak) -> (FindingSubject, usize) {
         let lamp = match leak.lamp {
             LampRef::Light(index) => FindingSubject::Light(index),
-            LampRef::Object(object) => subject(object),
+            LampRef::Object(object) => FindingSubject::Object(self.facts_index(object as u32)),
         };
+        (lamp, self.facts_index(leak.cover as u32))
+    }
+
+    /// Returns the finding about a lamp that shines through an opaque cover. `None` if both are in
+    /// one plane, where neither is in front.
+    pub fn leak_finding(&self, leak: &LightLeak) -> Option<StressFinding> {
+        let (lamp, cover) = self.leak_subjects(leak);
+        if let FindingSubject::Object(lamp) = lamp
+            && self.overlaps.gap_between([lamp, cover]) == Some(0.0)
+        {
+            return None;
+        }
         let reason = format!(
             "it is so close to {}, which is opaque, that the precision does not tell which of the two is in front: its light passes through that object, or the lamp itself is not seen",
-            words(leak.cover)
+            self.object_name(cover)
         );
         let remedy = format!(
             "move it {} or more away from that object, to the side to which it should shine, or render with --precision reference",
-            append_metre_unit(&format_rounded_up(leak.resolved_distance))
+            format_metres(round_up(leak.resolved_distance))
         );
-        StressFinding::new(
-            FindingCode::LightThroughCover,
-            Severity::PictureWrong,
-            lamp,
-            reason,
-            remedy,
-        )
-    };
-    // The same gap is found from either side.
-    let mut pairs = BTreeSet::new();
-    let apart = gaps.iter().filter(|gap| {
-        let pair = [gap.object, gap.other].map(|object| scene_facts.facts_index(object as u32));
-        let is_new = pairs.insert([gap.object.min(gap.other), gap.object.max(gap.other)]);
-        is_new && !doubles.are_duplicates(pair)
-    });
-    // In one plane neither is in front.
-    let in_front = leaks.iter().filter(|leak| match leak.lamp {
-        LampRef::Light(_) => true,
-        LampRef::Object(object) => {
-            let pair = [object, leak.cover].map(|object| scene_facts.facts_index(object as u32));
-            overlaps.gap_between(pair) != Some(0.0)
-        }
-    });
-    apart.map(gap).chain(in_front.map(leak)).collect()
+        let code = FindingCode::LightThroughCover;
+        Some(code.finding(PictureWrong, lamp, reason, remedy))
+    }
 }
 
-/// Returns the remedy for a gap beside glass that is narrower than `least`. `opaque` names the
-/// opaque object beside the gap, if one is.
-fn gap_remedy(least: &str, opaque: Option<String>) -> String {
-    let touch = match opaque {
-        Some(opaque) => sunk_glass_remedy(&opaque),
-        None => TOUCHING_GLASS_REMEDY.to_owned(),
-    };
-    format!(
-        "if the two should touch, {touch}; if there should be air between them, leave {least} or more, or render with --precision reference"
-    )
+/// Returns whether two objects are seen in turns, by the numbers of rays that hit each in the place
+/// of the other.
+pub(super) fn shows_in_turns(one: u64, other: u64) -> bool {
+    one + other >= 10 && 20 * one.min(other) >= one + other
 }

@@ -1,289 +1,362 @@
-//! Cameras, and the pixels at which they show a point. The checks find cameras inside a body,
-//! without anything in view, out of focus or stretched.
+//! Findings about cameras: without anything in view, out of focus, stretched, inside a body, or
+//! behind a body that hides everything else.
 
-use glam::DVec3;
-use raywright_bvh::{Aabb, Ray, Real};
+use super::*;
+use crate::camera::eye_and_axes;
+use crate::scene::{AlphaMode, AspectFit, Projection};
 
-use super::facts::{SceneFacts, finite_point};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use super::numbers::format_decimal;
-use super::ray_survey::RaySurvey;
-use crate::camera::{PreparedCamera as Prepared, eye_and_axes};
-use crate::scene::{AspectFit, Camera, Projection, Shape};
+/// Share of a camera's rays that begin inside a body from which on a lens in the body shows.
+const SHARE: f64 = 0.002;
+/// Greatest difference of the aspects of a camera and its picture, relative to either.
+const ASPECT: f64 = 0.02;
+/// Least depth in view, relative to the depth of the point that is nearest to the eye.
+const SLANT: f64 = 0.8;
+/// A point counts as behind a body if it is further behind it than this share of its distance.
+const NEAR: f64 = 1e-3;
 
-/// A camera with the size of its picture in pixels.
-pub(super) struct CameraView {
-    /// Index in the scene's list of cameras; 0 for an automatically framed camera.
-    pub index: usize,
-    pub subject: FindingSubject,
-    pub data: Camera,
-    pub size: [u32; 2],
-    prepared: Prepared<f64>,
+impl SceneFacts<'_> {
+    /// Returns the findings about the cameras. `surveys` holds the rays of each camera.
+    pub fn check_cameras(&self, surveys: &[RaySurvey]) -> Vec<StressFinding> {
+        let of_view = |(view, survey)| {
+            let check = CameraCheck {
+                facts: self,
+                view,
+                survey,
+            };
+            let enclosing = check.enclosing_body_finding();
+            let mut findings = match enclosing.is_some() {
+                // What is behind an opaque body is not seen.
+                true => Vec::new(),
+                false => check.glass_findings(),
+            };
+            findings.extend(enclosing);
+            findings.extend(check.nothing_seen_finding());
+            findings.extend(check.small_scene_finding());
+            findings.extend(check.focus_finding());
+            findings.extend(check.aspect_finding());
+            findings.extend(check.lens_findings());
+            findings.extend(check.hiding_body_finding());
+            findings
+        };
+        self.views.iter().zip(surveys).flat_map(of_view).collect()
+    }
 }
 
-impl CameraView {
-    pub fn new(index: usize, subject: FindingSubject, data: Camera, size: [u32; 2]) -> Self {
-        let prepared = Prepared::new(&data, size);
-        Self {
-            index,
-            subject,
-            data,
-            size,
-            prepared,
+/// Checks of a camera by its rays.
+struct CameraCheck<'a> {
+    facts: &'a SceneFacts<'a>,
+    view: &'a CameraView,
+    survey: &'a RaySurvey,
+}
+
+impl CameraCheck<'_> {
+    fn wrong(
+        &self,
+        code: FindingCode,
+        reason: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> StressFinding {
+        code.finding(PictureWrong, self.view.subject, reason, remedy)
+    }
+
+    /// Returns whether the scene has objects without end.
+    fn has_endless_objects(&self) -> bool {
+        self.facts.objects.iter().any(ObjectFacts::is_endless)
+    }
+
+    /// Returns the finding that the camera's rays hit nothing. Rays may pass through surfaces that
+    /// are hidden from the camera's side.
+    fn nothing_seen_finding(&self) -> Option<StressFinding> {
+        let (facts, survey) = (self.facts, self.survey);
+        if survey.hits > 0 || facts.objects.is_empty() {
+            return None;
         }
-    }
-
-    /// Returns the pixel at which a world point appears, or `None` outside the picture.
-    pub fn project_point(&self, point: DVec3) -> Option<[f64; 2]> {
-        let pixel = self.prepared.project_to_pixel(point)?;
-        let is_inside = (0..2).all(|axis| (0.0..f64::from(self.size[axis])).contains(&pixel[axis]));
-        is_inside.then_some(pixel)
-    }
-
-    /// Returns the ray from the middle of the lens through a position in the picture, in pixels.
-    pub fn ray_through_pixel(&self, [x, y]: [f64; 2]) -> Ray<f64> {
-        self.prepared.generate_ray(x, y, [0.5; 2])
-    }
-
-    /// Returns the distance from the eye to a point, in metres.
-    pub fn distance_from_eye(&self, point: DVec3) -> f64 {
-        point.distance(self.eye())
-    }
-
-    /// Returns a point slightly in front of a visible point: closer to the eye by a hundredth of
-    /// the distance.
-    pub fn point_in_front_of(&self, point: DVec3) -> DVec3 {
-        point.lerp(self.eye(), 0.01)
-    }
-
-    /// Returns the distance from the eye to the origins of its rays, in metres. `bounds` is the
-    /// bounding box of the scene.
-    pub fn eye_to_origin_distance<R: Real>(&self, bounds: &Aabb) -> f64 {
-        let prepared = Prepared::<R>::for_scene_bounds(&self.data, self.size, bounds);
-        prepared.eye_to_origin_distance().to_f64()
-    }
-
-    pub fn eye(&self) -> DVec3 {
-        eye_and_axes(&self.data.pose).0
-    }
-
-    /// Returns the width that a pixel covers at the distance of a point, in metres.
-    fn pixel_width_at(&self, point: DVec3) -> f64 {
-        let cone = self.prepared.ray_cone();
-        cone.width + cone.spread * point.distance(self.eye())
-    }
-
-    /// Returns whether a ball is in view and smaller than a pixel.
-    pub fn is_sphere_below_pixel(&self, centre: DVec3, radius: f64) -> bool {
-        2.0 * radius < self.pixel_width_at(centre) && self.project_point(centre).is_some()
-    }
-}
-
-/// Returns a sort key of a position: visible positions come first, then the nearer ones. The first
-/// value is true if no camera has the position in view. The second is the distance to the nearest
-/// eye, in metres.
-pub(super) fn view_distance_key(views: &[CameraView], position: DVec3) -> (bool, f64) {
-    let value_of = |view: &CameraView| {
-        (
-            view.project_point(position).is_none(),
-            position.distance(view.eye()),
-        )
-    };
-    let nearer = |a: &(bool, f64), b: &(bool, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
-    views
-        .iter()
-        .map(value_of)
-        .min_by(nearer)
-        .unwrap_or((true, f64::INFINITY))
-}
-
-/// Returns the item whose position is nearest to a camera. Positions in view come first.
-pub(super) fn item_nearest_to_camera<T>(
-    views: &[CameraView],
-    places: impl Iterator<Item = (T, DVec3)>,
-) -> Option<(T, DVec3)> {
-    places
-        .map(|(thing, position)| (view_distance_key(views, position), (thing, position)))
-        .min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
-        .map(|(_, nearest)| nearest)
-}
-
-/// Returns whether a corner or the centre of a box is in view of some camera.
-pub(super) fn is_box_in_view(views: &[CameraView], bounds: &Aabb) -> bool {
-    let corner = |i: u32| {
-        let high = glam::BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4);
-        DVec3::select(high, bounds.max, bounds.min)
-    };
-    (0..8).map(corner).chain([bounds.centre()]).any(|position| {
-        views
-            .iter()
-            .any(|view| view.project_point(position).is_some())
-    })
-}
-
-/// Returns the findings about the cameras. `surveys` holds the rays of each camera.
-pub(super) fn check_cameras(
-    scene_facts: &SceneFacts<'_>,
-    views: &[CameraView],
-    surveys: &[RaySurvey],
-) -> Vec<StressFinding> {
-    let mut findings = Vec::new();
-    for (view, survey) in views.iter().zip(surveys) {
-        if survey.hits == 0 && !scene_facts.is_empty() {
-            findings.push(nothing_seen_finding(scene_facts, view, survey));
+        let backs = survey.of(|event| match event {
+            RayEvent::HiddenBack(object) => Some(object),
+            _ => None,
+        });
+        if let Some((object, at)) = backs.into_iter().max_by_key(|(_, at)| at.count) {
+            let name = facts.object_name(object);
+            let finding = self.wrong(
+                FindingCode::NothingSeen,
+                format!("no ray of this camera hits a visible side: the camera looks at {name} from the side that its `side` hides"),
+                format!("set `side = \"both\"` for {name} (in glTF: `doubleSided`), or move the camera to its other side (`pose`, or render with --eye)"),
+            );
+            let finding = finding.with_rays(at.count, survey.rays, "pass through its hidden side");
+            return Some(finding.with_place(at.position));
         }
-        findings.extend(small_scene_finding(scene_facts, view));
-        findings.extend(focus_finding(scene_facts, view, survey));
-        findings.extend(aspect_finding(view));
+        let remedy = match self.view.subject {
+            FindingSubject::Camera(None) => {
+                "check that the scene has objects that are visible (`opacity`, `side`) and not scaled to nothing"
+            }
+            _ => {
+                "turn the camera to the scene (`pose`, or render with --eye and --target), or remove the camera from the file: without a camera, the picture shows the whole scene"
+            }
+        };
+        let reason =
+            "no ray of this camera hits an object: its picture shows only the sky or nothing";
+        Some(self.wrong(FindingCode::NothingSeen, reason, remedy))
     }
-    findings
-}
 
-/// Returns the finding about a camera whose rays hit nothing. Rays may pass through surfaces that
-/// are hidden from the camera's side.
-fn nothing_seen_finding(
-    scene_facts: &SceneFacts<'_>,
-    view: &CameraView,
-    survey: &RaySurvey,
-) -> StressFinding {
-    let (code, severity) = (FindingCode::NothingSeen, Severity::PictureWrong);
-    let most = survey.hidden_backs_hit.iter();
-    if let Some((&object, sighting)) = most.max_by_key(|(_, sighting)| sighting.count) {
-        let name = scene_facts.objects[object].subject;
-        let name = name.display_name(scene_facts.scene);
+    fn small_scene_finding(&self) -> Option<StressFinding> {
+        let size = self.facts.largest_extent();
+        let pixel = self.view.pixel_width_at(self.facts.bounds.centre());
+        let is_small = size > 0.0 && size < 2.0 * pixel && !self.has_endless_objects();
+        let width = format_decimal(size / pixel);
+        let reason = format!("seen from this camera, the whole scene is only {width} pixels wide");
+        let remedy =
+            "move the camera nearer (`pose`, or render with --eye), or narrow its field of view";
+        is_small.then(|| self.wrong(FindingCode::SceneBelowPixel, reason, remedy))
+    }
+
+    /// Returns a finding if the lens is focused in front of all that its rays hit, or behind all
+    /// objects.
+    fn focus_finding(&self) -> Option<StressFinding> {
+        let Projection::ThinLens {
+            aperture_radius,
+            focus_distance,
+            ..
+        } = self.view.data.projection
+        else {
+            return None;
+        };
+        let bounds = &self.facts.bounds;
+        if aperture_radius == 0.0 || bounds.is_empty() || self.has_endless_objects() {
+            return None;
+        }
+        let (eye, frame) = eye_and_axes(&self.view.data.pose);
+        let depth = |point: DVec3| (point - eye).dot(-frame.z_axis);
+        let along = depth(bounds.centre());
+        let reach = 0.5 * bounds.extent().dot(frame.z_axis.abs());
+        let seen = self.survey.first_hits().into_iter();
+        let seen = seen
+            .map(|(_, at)| SLANT * depth(at.position))
+            .reduce(f64::min);
+        let near = seen.map_or(along - reach, |seen| seen.max(along - reach));
+        let far = along + reach;
+        let sharpest = focus_distance.clamp(near, far);
+        // The disc over which a point there is spread, at its own distance.
+        let spread = 2.0 * aperture_radius * (sharpest / focus_distance - 1.0).abs();
+        let pixels = spread / self.view.pixel_width_at(eye - frame.z_axis * sharpest);
+        let [from, to, blur] = [near, far, pixels].map(format_decimal);
         let reason = format!(
-            "no ray of this camera hits a visible side: the camera looks at {name} from the side that its `side` hides"
+            "its lens is focused at {focus_distance} metres, but all objects in view lie between {from} and {to} metres from it: even the sharpest point is blurred over {blur} pixels"
         );
-        let remedy = format!(
-            "set `side = \"both\"` for {name} (in glTF: `doubleSided`), or move the camera to its other side (`pose`, or render with --eye)"
+        let remedy = "set `focus_distance` to the distance of the object that should be sharp";
+        // A point less than a pixel wide is as sharp as the picture is.
+        (sharpest != focus_distance && pixels > 1.0)
+            .then(|| self.wrong(FindingCode::FocusNowhere, reason, remedy))
+    }
+
+    /// Returns a finding if the picture's aspect ratio differs from the camera's and the picture is
+    /// stretched to fit.
+    fn aspect_finding(&self) -> Option<StressFinding> {
+        let [width, height] = self.view.size.map(f64::from);
+        let aspect = self.view.data.aspect?;
+        let is_stretched = self.view.data.fit == AspectFit::Stretch
+            && (aspect * height / width - 1.0).abs() > ASPECT;
+        let reason = format!(
+            "its `aspect` is {aspect:.3} but that of the picture is {:.3}, so that everything appears stretched",
+            width / height
         );
-        let predicate = "pass through its hidden side";
-        return StressFinding::new(code, severity, view.subject, reason, remedy)
-            .with_count(sighting.count, survey.rays, "rays", predicate)
-            .with_place(finite_point(sighting.position));
+        let remedy = "remove `aspect` from the camera, or give the picture the same aspect (`render.size`, or render with --size)";
+        is_stretched.then(|| self.wrong(FindingCode::StretchedPicture, reason, remedy))
     }
-    let reason = "no ray of this camera hits an object: its picture shows only the sky or nothing";
-    let remedy = match view.subject {
-        FindingSubject::Camera(None) => {
-            "check that the scene has objects that are visible (`opacity`, `side`) and not scaled to nothing"
+
+    /// Returns the findings about bodies of glass around the camera.
+    fn glass_findings(&self) -> Vec<StressFinding> {
+        let around = self.survey.of(|event| match event {
+            RayEvent::AroundCamera(object) => Some(object),
+            _ => None,
+        });
+        let finding = |(object, at): (usize, Sighting)| {
+            let body = self.facts.object_name(object);
+            let finding = FindingCode::CameraInBody.finding(
+                Harmless,
+                self.view.subject,
+                format!("it is inside {body}, which is transparent: everything is seen from inside that body"),
+                "move the camera out of the body, unless it should be inside",
+            );
+            let predicate = "leave the body without entering it";
+            finding.with_rays(at.count, self.survey.rays, predicate)
+        };
+        around.into_iter().map(finding).collect()
+    }
+
+    /// Returns the bodies whose inside rays hit first.
+    fn insides(&self) -> Vec<(usize, Sighting)> {
+        self.survey.of(|event| match event {
+            RayEvent::FirstHitInside(object) => Some(object),
+            _ => None,
+        })
+    }
+
+    /// Finds an opaque body around the camera whose inside fills the whole picture, although the
+    /// scene has other objects.
+    fn enclosing_body_finding(&self) -> Option<StressFinding> {
+        let (facts, survey) = (self.facts, self.survey);
+        // Below an endless floor, rays beyond the horizon hit nothing.
+        let fills_view = |(object, at): &(usize, Sighting)| {
+            at.count == survey.rays
+                || facts.objects[*object].is_endless() && at.count == survey.hits
+        };
+        let (object, at) = self.insides().into_iter().find(fills_view)?;
+        let body = &facts.objects[object];
+        // A lamp around the camera may be the sky over an endless ground.
+        let is_hidden = |other: &&ObjectFacts<'_>| match body.is_endless() {
+            false => !body.emits_light() || !other.is_endless(),
+            true => {
+                let centre = other.centre();
+                centre.is_some_and(|centre| hides_point(body, self.view.eye(), centre))
+            }
+        };
+        let mut others = facts.objects.iter().filter(|other| other.index != object);
+        others.find(is_hidden)?;
+        if !body.is_opaque() || !may_contain_point(body, self.view.eye()) {
+            return None;
         }
-        _ => {
-            "turn the camera to the scene (`pose`, or render with --eye and --target), or remove the camera from the file: without a camera, the picture shows the whole scene"
+        let name = facts.object_name(object);
+        let (reason, remedy) = match body.object.shape {
+            Shape::Plane { .. } => (
+                format!(
+                    "it is behind {name}, on the side away from its `normal`, and sees no other object"
+                ),
+                "move the camera to the other side of the plane (`pose`, or render with --eye)",
+            ),
+            _ => (
+                format!(
+                    "it is inside {name} and sees nothing but that body's inside, although the scene has other objects"
+                ),
+                "move the camera out of the body (`pose`, or render with --eye)",
+            ),
+        };
+        let finding = self.wrong(FindingCode::CameraInBody, reason, remedy);
+        Some(finding.with_rays(at.count, survey.rays, "hit its inside first"))
+    }
+
+    /// Finds opaque boxes and balls into which a lens reaches, with the eye outside.
+    fn lens_findings(&self) -> Vec<StressFinding> {
+        let Projection::ThinLens {
+            aperture_radius, ..
+        } = self.view.data.projection
+        else {
+            return Vec::new();
+        };
+        let mut bodies = self.insides();
+        bodies.retain(|(object, at)| {
+            let body = &self.facts.objects[*object];
+            let is_seen = at.count as f64 > SHARE * self.survey.rays as f64;
+            is_seen && is_opaque_closed_body(body) && !contains_point(body, self.view.eye())
+        });
+        let finding = |(object, at): (usize, Sighting)| {
+            let body = self.facts.object_name(object);
+            let finding = self.wrong(
+                FindingCode::CameraInBody,
+                format!("its lens, {aperture_radius} metres in radius, reaches into {body}, which is opaque and lies as a veil over the picture"),
+                "move the camera away from the body (`pose`, or render with --eye), or set a smaller `aperture_radius`",
+            );
+            finding.with_rays(at.count, self.survey.rays, "begin inside that body")
+        };
+        bodies.into_iter().map(finding).collect()
+    }
+
+    /// Finds a box that hides all objects at which the camera is aimed.
+    fn hiding_body_finding(&self) -> Option<StressFinding> {
+        let hit = self.survey.first_hits();
+        let &[(object, at)] = hit.as_slice() else {
+            return None;
+        };
+        let own = &self.facts.objects[object];
+        let is_hidden = |other: &ObjectFacts<'_>| {
+            other.centre().is_some_and(|centre| {
+                let is_in_view = self.view.project_point(centre).is_some();
+                is_in_view && hides_point(own, self.view.eye(), centre)
+            })
+        };
+        let others = self.facts.objects.iter();
+        let others = others.filter(|other| other.index != object && !other.emits_light());
+        let mut hidden = others.map(is_hidden).peekable();
+        let is_inside = self.survey.count(RayEvent::FirstHitInside(object)) > 0;
+        let is_box = matches!(own.object.shape, Shape::Box { .. }) && own.is_opaque();
+        if !is_box || is_inside || hidden.peek().is_none() || !hidden.all(|hidden| hidden) {
+            return None;
         }
-    };
-    StressFinding::new(code, severity, view.subject, reason, remedy)
-}
-
-/// Returns a finding if the picture's aspect ratio differs from the camera's and the picture is
-/// stretched to fit.
-fn aspect_finding(view: &CameraView) -> Option<StressFinding> {
-    let [width, height] = view.size.map(f64::from);
-    let aspect = view.data.aspect?;
-    let is_stretched =
-        view.data.fit == AspectFit::Stretch && (aspect * height / width - 1.0).abs() > 0.02;
-    let reason = format!(
-        "its `aspect` is {aspect:.3} but that of the picture is {:.3}, so that everything appears stretched",
-        width / height
-    );
-    let remedy = "remove `aspect` from the camera, or give the picture the same aspect (`render.size`, or render with --size)";
-    let (code, severity) = (FindingCode::StretchedPicture, Severity::PictureWrong);
-    is_stretched.then(|| StressFinding::new(code, severity, view.subject, reason, remedy))
-}
-
-pub(super) fn is_bounded(shape: &Shape) -> bool {
-    !matches!(
-        shape,
-        Shape::Plane { .. } | Shape::Cylinder { height: None, .. }
-    )
-}
-
-fn small_scene_finding(scene_facts: &SceneFacts<'_>, view: &CameraView) -> Option<StressFinding> {
-    let has_plane = scene_facts
-        .objects
-        .iter()
-        .any(|object_facts| !is_bounded(&object_facts.object.shape));
-    let size = scene_facts.largest_extent();
-    if size == 0.0 || has_plane {
-        return None;
+        let name = self.facts.object_name(object);
+        let finding = self.wrong(
+            FindingCode::NothingSeen,
+            format!("{name} hides all other objects, at which this camera is aimed"),
+            format!("move the camera to the other side of {name} (`pose`, or render with --eye), or remove {name}"),
+        );
+        let predicate = "hit that object, and none another one";
+        Some(finding.with_rays(at.count, self.survey.rays, predicate))
     }
-    let pixel = view.pixel_width_at(scene_facts.bounds.centre());
-    let reason = format!(
-        "seen from this camera, the whole scene is only {} pixels wide",
-        format_decimal(size / pixel)
-    );
-    let remedy =
-        "move the camera nearer (`pose`, or render with --eye), or narrow its field of view";
-    (size < 2.0 * pixel).then(|| {
-        StressFinding::new(
-            FindingCode::SceneBelowPixel,
-            Severity::PictureWrong,
-            view.subject,
-            reason,
-            remedy,
-        )
-    })
 }
 
-/// Returns a finding if the lens is focused in front of all that its rays hit, or behind all objects.
-fn focus_finding(
-    scene_facts: &SceneFacts<'_>,
-    view: &CameraView,
-    survey: &RaySurvey,
-) -> Option<StressFinding> {
-    /// Least depth in view, relative to the depth of the point that is nearest to the eye.
-    const SLANT: f64 = 0.8;
-    let Projection::ThinLens {
-        aperture_radius,
-        focus_distance,
-        ..
-    } = view.data.projection
-    else {
-        return None;
-    };
-    if aperture_radius == 0.0
-        || scene_facts.bounds.is_empty()
-        || scene_facts
-            .objects
-            .iter()
-            .any(|object_facts| !is_bounded(&object_facts.object.shape))
-    {
-        return None;
+/// Returns whether a point may be inside an object. Always true for closed shapes; for a mesh its
+/// bounding box decides.
+fn may_contain_point(body: &ObjectFacts<'_>, point: DVec3) -> bool {
+    match &body.object.shape {
+        Shape::Sphere { .. }
+        | Shape::Box { .. }
+        | Shape::Ellipsoid { .. }
+        | Shape::Torus { .. }
+        | Shape::Plane { .. }
+        | Shape::Cone { .. } => true,
+        Shape::Cylinder { height, caps, .. } => height.is_some() && *caps,
+        Shape::Mesh(_) => is_within_bounds(body, point),
+        _ => false,
     }
-    let (eye, frame) = eye_and_axes(&view.data.pose);
-    let (centre, half) = (
-        scene_facts.bounds.centre(),
-        0.5 * scene_facts.bounds.extent(),
-    );
-    let along = (centre - eye).dot(-frame.z_axis);
-    let reach = half.dot(frame.z_axis.abs());
-    let depth = |point: DVec3| (point - eye).dot(-frame.z_axis);
-    let seen = survey
-        .first_hits
-        .values()
-        .map(|hit| SLANT * depth(hit.position));
-    let near = seen
-        .reduce(f64::min)
-        .map_or(along - reach, |seen| seen.max(along - reach));
-    let far = along + reach;
-    let sharpest = focus_distance.clamp(near, far);
-    // The disc over which a point there is spread, at its own distance.
-    let spread = 2.0 * aperture_radius * (sharpest / focus_distance - 1.0).abs();
-    let pixels = spread / view.pixel_width_at(eye - frame.z_axis * sharpest);
-    let reason = format!(
-        "its lens is focused at {focus_distance} metres, but all objects in view lie between {} and {} metres from it: even the sharpest point is blurred over {} pixels",
-        format_decimal(near),
-        format_decimal(far),
-        format_decimal(pixels)
-    );
-    let remedy = "set `focus_distance` to the distance of the object that should be sharp";
-    // A point less than a pixel wide is as sharp as the picture is.
-    (sharpest != focus_distance && pixels > 1.0).then(|| {
-        StressFinding::new(
-            FindingCode::FocusNowhere,
-            Severity::PictureWrong,
-            view.subject,
-            reason,
-            remedy,
-        )
-    })
+}
+
+fn is_within_bounds(body: &ObjectFacts<'_>, point: DVec3) -> bool {
+    body.bounds
+        .is_some_and(|b| point.cmpgt(b.min).all() && point.cmplt(b.max).all())
+}
+
+/// Returns whether a point is on the other side of a plane or a box than the eye.
+fn hides_point(body: &ObjectFacts<'_>, eye: DVec3, point: DVec3) -> bool {
+    let to_object = body.object_to_world.inverse();
+    let [eye, point] = [eye, point].map(|p| to_object.transform_point3(p));
+    match body.object.shape {
+        Shape::Plane { point: own, normal } => {
+            let normal = DVec3::from(normal).normalize_or_zero();
+            let [from, to] = [eye, point].map(|p| (p - DVec3::from(own)).dot(normal));
+            from * to < 0.0 && to.abs() > NEAR * from.abs()
+        }
+        Shape::Box { min, max } => {
+            let [low, high] = [min, max].map(|corner| (DVec3::from(corner) - eye) / (point - eye));
+            let enters = low.min(high).max_element();
+            let leaves = low.max(high).min_element();
+            enters < leaves && enters > 0.0 && leaves < 1.0 - NEAR
+        }
+        _ => false,
+    }
+}
+
+/// Returns whether a body is a closed box or ball, opaque everywhere when seen from outside.
+fn is_opaque_closed_body(body: &ObjectFacts<'_>) -> bool {
+    let is_whole = body
+        .material
+        .is_some_and(|(_, material)| match &material.model {
+            MaterialModel::Physical(m) => m.alpha == AlphaMode::Opaque,
+            MaterialModel::Classic(_) => true,
+        });
+    let is_shown = matches!(body.object.side, SideRule::Both | SideRule::Outside);
+    let is_closed = matches!(body.object.shape, Shape::Box { .. } | Shape::Sphere { .. });
+    is_closed && is_shown && is_whole && body.is_opaque()
+}
+
+/// Returns whether a point is strictly inside a box or ball.
+fn contains_point(body: &ObjectFacts<'_>, point: DVec3) -> bool {
+    let own = body.object_to_world.inverse().transform_point3(point);
+    is_within_bounds(body, point)
+        && match body.object.shape {
+            Shape::Box { min, max } => {
+                let [min, max] = [min, max].map(DVec3::from);
+                let edge = 1e-9 * (max - min).max_element();
+                own.cmpgt(min + edge).all() && own.cmplt(max - edge).all()
+            }
+            Shape::Sphere { centre, radius } => own.distance(centre.into()) < radius * (1.0 - 1e-9),
+            _ => false,
+        }
 }

@@ -4,128 +4,254 @@
 //! Faces are sorted by plane, and within a plane along an axis. Only faces that overlap on this
 //! axis are compared.
 
-use std::collections::BTreeMap;
-
-use glam::DVec3;
-use raywright_bvh::Aabb;
-
-use super::cameras::CameraView;
-use super::faces::{
-    ALL_MESH_FACES, FlatFace, clip_polygon, counter_clockwise_corners, find_flat_faces,
-    signed_double_area,
-};
-use super::facts::{ObjectFacts, SceneFacts, SurfaceKind};
-use super::overlap_table::{CoplanarOverlap, OverlapTable};
 use super::topology::Topology;
-use crate::settings::PrecisionChoice;
+use super::views::ROUNDINGS;
+use super::*;
+use crate::motion::shutter_interval;
 
 /// Two normals are parallel if the length of their cross product, or the difference of their keys,
 /// is at most this.
 const PARALLEL: f64 = 1e-9;
-/// Least separation of distinguishable surfaces, in units of the rounding error.
-const ROUNDINGS: f64 = 4.0;
 /// Two planes are equal even in double precision if their separation, as a share of the greatest
 /// coordinate, is below this.
 const ONE_PLANE: f64 = 1e-12;
-/// Greatest number of overlaps that are recorded, besides glass that stands on opaque bodies. A pile
-/// of sheets has one for each pair of sheets.
-const MOST: usize = 4096;
-/// Greatest number of overlaps at which glass stands on an opaque body.
-const MOST_CONTACTS: usize = 1 << 18;
+/// Greatest number of overlaps that are recorded, besides glass that stands on opaque bodies (a pile
+/// of sheets has one for each pair of sheets), and greatest number of the latter.
+const MOST: [usize; 2] = [4096, 1 << 18];
 /// Greatest number of pairs of faces that are compared. N faces that all overlap on the sort axis
 /// have N²/2 pairs.
 const MOST_PAIRS: usize = 1 << 26;
+/// Number of sides of the polygon that approximates a disk.
+const SIDES: u32 = 24;
+/// Greatest number of triangles of a mesh whose faces are compared, and of all meshes together.
+const MESH_FACES: usize = 64;
+const ALL_MESH_FACES: usize = 1 << 18;
 
-/// Least separation at which a precision distinguishes two surfaces in the cameras' pictures.
-pub(super) struct DepthResolution<'a> {
-    pub precision: PrecisionChoice,
-    views: &'a [CameraView],
-    /// Distance from each camera's eye to the origins of its rays, in metres.
-    skipped: Vec<f64>,
+/// A flat face.
+pub(super) struct FlatFace {
+    object: usize,
+    pub normal: DVec3,
+    /// Corners in order. A plane, which has no corners, has a single point of the plane instead.
+    pub corners: Vec<DVec3>,
+    bounds: Aabb,
+    pub is_endless: bool,
+    /// Whether the face belongs to no closed body.
+    pub is_sheet: bool,
 }
 
-impl<'a> DepthResolution<'a> {
-    pub fn new(precision: PrecisionChoice, views: &'a [CameraView], bounds: &Aabb) -> Self {
-        let skipped = |view: &CameraView| match precision {
-            PrecisionChoice::Robust => view.eye_to_origin_distance::<f32>(bounds),
-            PrecisionChoice::Reference => view.eye_to_origin_distance::<f64>(bounds),
-        };
+impl FlatFace {
+    /// Returns a face in object space.
+    fn new(normal: DVec3, corners: Vec<DVec3>, is_sheet: bool) -> Self {
         Self {
-            precision,
-            views,
-            skipped: views.iter().map(skipped).collect(),
+            object: 0,
+            normal,
+            bounds: Aabb::EMPTY,
+            is_endless: corners.len() == 1,
+            corners,
+            is_sheet,
         }
     }
 
-    /// Returns the cameras, each with the length of its ray to a position, in metres.
-    fn ray_lengths(&self, position: DVec3) -> impl Iterator<Item = (&CameraView, f64)> {
-        let length = move |(view, skipped): (&'a CameraView, &f64)| {
-            (view, (view.distance_from_eye(position) - skipped).abs())
+    fn from_triangle(corners @ [a, b, c]: [DVec3; 3], is_sheet: bool) -> Self {
+        Self::new((b - a).cross(c - a), corners.into(), is_sheet)
+    }
+
+    /// Returns the face of an object in world space. `None` if it is not finite.
+    pub fn place(mut self, object: &ObjectFacts<'_>) -> Option<Self> {
+        let map = object.object_to_world;
+        self.object = object.index;
+        self.normal = (map.matrix3.inverse().transpose() * self.normal).normalize();
+        self.corners
+            .iter_mut()
+            .for_each(|corner| *corner = map.transform_point3(*corner));
+        let bounds = Aabb::from_points(self.corners.iter().copied());
+        let is_finite =
+            self.normal.is_finite() && self.corners.iter().all(|corner| corner.is_finite());
+        self.bounds = match self.is_endless {
+            true => Aabb {
+                min: DVec3::NEG_INFINITY,
+                max: DVec3::INFINITY,
+            },
+            false => bounds,
         };
-        self.views.iter().zip(&self.skipped).map(length)
+        is_finite.then_some(self)
     }
 
-    fn unit_roundoff(&self) -> f64 {
-        0.5 * match self.precision {
-            PrecisionChoice::Robust => f64::from(f32::EPSILON),
-            PrecisionChoice::Reference => f64::EPSILON,
+    /// Returns two numbers that coplanar faces have in common. The first depends on the direction
+    /// of the normal without its sign, the second is the signed distance of the plane from the
+    /// origin.
+    fn plane_key(&self) -> [f64; 2] {
+        // Directions that are no multiples of each other have other products with it, but for rare
+        // ones.
+        let tilt = self.normal.dot(DVec3::new(0.539_134, 0.617_291, 0.573_008));
+        [tilt.abs(), self.normal.dot(self.corners[0]) * tilt.signum()]
+    }
+
+    /// Returns the corners, counter-clockwise about a normal.
+    fn outline(&self, normal: DVec3) -> Vec<DVec3> {
+        let mut corners = self.corners.clone();
+        if signed_double_area(&corners, normal) < 0.0 {
+            corners.reverse();
         }
+        corners
     }
 
-    /// Returns the least separation of distinguishable surfaces at a position, in metres. It covers
-    /// the rounding of the ray's length and of the position.
-    pub fn min_separation_at(&self, position: DVec3) -> f64 {
-        let in_view = self
-            .ray_lengths(position)
-            .filter(|(view, _)| view.project_point(position).is_some());
-        let farthest = in_view.map(|(_, length)| length).fold(0.0, f64::max);
-        ROUNDINGS * self.unit_roundoff() * (position.abs().max_element() + farthest)
+    /// Returns whether two parallel faces belong to closed bodies on opposite sides of their plane.
+    fn is_back_to_back(&self, other: &Self) -> bool {
+        !self.is_sheet && !other.is_sheet && self.normal.dot(other.normal) < 0.0
+    }
+
+    /// Returns whether the bounding boxes of two faces are apart within their plane.
+    fn is_apart(&self, other: &Self) -> bool {
+        // Of parallel faces, the coordinates across the plane differ by rounding alone.
+        let across = self.normal.abs().max_position();
+        let (a, b) = (&self.bounds, &other.bounds);
+        let mut along = (0..3).filter(|&axis| axis != across);
+        along.any(|axis| a.min[axis] >= b.max[axis] || b.min[axis] >= a.max[axis])
     }
 }
 
-/// Finds overlapping coplanar faces of objects with different materials.
-pub(super) fn find_overlaps(
-    scene_facts: &SceneFacts<'_>,
-    topologies: &BTreeMap<usize, Topology>,
-    resolution: &DepthResolution<'_>,
-) -> OverlapTable {
-    let mut room = ALL_MESH_FACES;
-    let mut all: Vec<FlatFace> = (0..scene_facts.scene.objects.len())
-        .flat_map(|object| find_flat_faces(object, scene_facts, topologies, &mut room))
-        .collect();
-    let reach = all
-        .iter()
-        .flat_map(|face| &face.corners)
-        .fold(0.0_f64, |maximum, corner| {
-            maximum.max(corner.abs().max_element())
-        });
-    let way = resolution
-        .ray_lengths(DVec3::ZERO)
-        .map(|(_, length)| length)
-        .fold(reach, f64::max);
-    let tolerance = (reach * ONE_PLANE).max(ROUNDINGS * resolution.unit_roundoff() * way);
-    all.sort_by(|a, b| a.plane_key()[0].total_cmp(&b.plane_key()[0]));
-    let mut search = OverlapSearch {
-        scene_facts,
-        tolerance,
-        found: Vec::new(),
-        counts: [0; 2],
-        pairs: 0,
-        has_all_contacts: true,
-    };
-    for parallel in all.chunk_by_mut(|a, b| b.plane_key()[0] - a.plane_key()[0] <= PARALLEL) {
-        parallel.sort_by(|a, b| a.plane_key()[1].total_cmp(&b.plane_key()[1]));
-        for plane in parallel.chunk_by_mut(|a, b| b.plane_key()[1] - a.plane_key()[1] <= tolerance)
-        {
-            search.search_plane(plane);
+/// Returns the flat faces of a shape other than a mesh, in object space.
+pub(super) fn shape_faces(shape: &Shape) -> Vec<FlatFace> {
+    let v = DVec3::from_array;
+    let sheet = |normal, corners| vec![FlatFace::new(normal, corners, true)];
+    match *shape {
+        Shape::Plane { point, normal } => sheet(v(normal), vec![v(point)]),
+        Shape::Disk {
+            centre,
+            normal,
+            radius,
+        } => {
+            let (x, y) = v(normal).normalize().any_orthonormal_pair();
+            let corner = |i: u32| {
+                let (sin, cos) = libm::sincos(f64::from(i) / f64::from(SIDES) * TAU);
+                v(centre) + (x * cos + y * sin) * radius
+            };
+            sheet(v(normal), (0..SIDES).map(corner).collect())
         }
+        Shape::Quad {
+            corner,
+            edge_u,
+            edge_v,
+        } => {
+            let (c, a, b) = (v(corner), v(edge_u), v(edge_v));
+            sheet(a.cross(b), vec![c, c + a, c + a + b, c + b])
+        }
+        Shape::Triangle { vertices } => vec![FlatFace::from_triangle(vertices.map(v), true)],
+        Shape::Box { min, max } => {
+            let ends = [v(min), v(max)];
+            let side = |index: usize| {
+                let (axis, end) = (index / 2, index % 2);
+                let corner = |[i, j]: [usize; 2]| {
+                    let mut corner = ends[end];
+                    for (offset, end) in [(1, i), (2, j)] {
+                        corner[(axis + offset) % 3] = ends[end][(axis + offset) % 3];
+                    }
+                    corner
+                };
+                let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(corner);
+                let sign = if end == 1 { 1.0 } else { -1.0 };
+                FlatFace::new(DVec3::AXES[axis] * sign, corners.into(), false)
+            };
+            (0..6).map(side).collect()
+        }
+        _ => Vec::new(),
     }
-    OverlapTable::new(search.found, search.has_all_contacts)
+}
+
+/// Returns twice the area of a polygon, negative if it is clockwise about the normal.
+fn signed_double_area(corners: &[DVec3], normal: DVec3) -> f64 {
+    let edges = corners.windows(2);
+    let area = |pair: &[DVec3]| {
+        (pair[0] - corners[0])
+            .cross(pair[1] - corners[0])
+            .dot(normal)
+    };
+    edges.map(area).sum()
+}
+
+/// Clips a convex polygon by the edges of another convex polygon ("Reentrant Polygon Clipping",
+/// Sutherland, Hodgman 1974).
+fn clip_polygon(mut corners: Vec<DVec3>, by: &[DVec3], normal: DVec3) -> Vec<DVec3> {
+    for (i, &from) in by.iter().enumerate() {
+        let inwards = normal.cross(by[(i + 1) % by.len()] - from);
+        let inside = |corner: DVec3| inwards.dot(corner - from);
+        let mut kept = Vec::with_capacity(corners.len() + 1);
+        for (j, &corner) in corners.iter().enumerate() {
+            let next = corners[(j + 1) % corners.len()];
+            let (here, there) = (inside(corner), inside(next));
+            if here >= 0.0 {
+                kept.push(corner);
+            }
+            if here * there < 0.0 {
+                kept.push(corner + (next - corner) * (here / (here - there)));
+            }
+        }
+        corners = kept;
+    }
+    corners
+}
+
+impl SceneFacts<'_> {
+    /// Finds overlapping coplanar faces of objects with different materials.
+    pub fn find_overlaps(&self) -> OverlapTable {
+        let mut all = self.flat_faces();
+        let corners = all.iter().flat_map(|face| &face.corners);
+        let reach = corners.fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
+        let way = reach.max(self.longest_ray(DVec3::ZERO, false));
+        let tolerance = (reach * ONE_PLANE).max(ROUNDINGS * self.unit_roundoff() * way);
+        let mut search = OverlapSearch {
+            facts: self,
+            tolerance,
+            found: Vec::new(),
+            counts: [0; 2],
+            pairs: 0,
+            has_all_contacts: true,
+        };
+        all.sort_by(|a, b| a.plane_key()[0].total_cmp(&b.plane_key()[0]));
+        for parallel in all.chunk_by_mut(|a, b| b.plane_key()[0] - a.plane_key()[0] <= PARALLEL) {
+            parallel.sort_by(|a, b| a.plane_key()[1].total_cmp(&b.plane_key()[1]));
+            let is_one =
+                |a: &FlatFace, b: &FlatFace| b.plane_key()[1] - a.plane_key()[1] <= tolerance;
+            for plane in parallel.chunk_by_mut(is_one) {
+                search.search_plane(plane);
+            }
+        }
+        OverlapTable::new(search.found, search.has_all_contacts)
+    }
+
+    /// Returns the flat faces of the listed objects that rest while the shutter is open. Meshes of
+    /// many triangles have none.
+    fn flat_faces(&self) -> Vec<FlatFace> {
+        let camera = self.scene.cameras.first();
+        let is_open_for_a_time = camera.is_some_and(|camera| shutter_interval(camera).is_some());
+        let mut room = ALL_MESH_FACES;
+        let listed = self.objects.iter().take(self.scene.objects.len());
+        let resting = listed.filter(|o| o.object.transform_end.is_none() || !is_open_for_a_time);
+        let faces = resting.flat_map(|object| {
+            let faces = match object.mesh {
+                Some((_, data)) if data.indices.len() > MESH_FACES.min(room) => Vec::new(),
+                Some((_, data)) => {
+                    room -= data.indices.len();
+                    let topology = self.topology(object);
+                    let is_sheet = !topology.is_some_and(Topology::is_closed);
+                    let at = |corner: u32| data.positions.position(corner as usize);
+                    let triangles = data.indices.iter();
+                    triangles
+                        .map(|corners| FlatFace::from_triangle(corners.map(at), is_sheet))
+                        .collect()
+                }
+                None => shape_faces(&object.object.shape),
+            };
+            faces.into_iter().filter_map(|face| face.place(object))
+        });
+        faces.collect()
+    }
 }
 
 /// Search for the overlaps of a scene.
 struct OverlapSearch<'a> {
-    scene_facts: &'a SceneFacts<'a>,
+    facts: &'a SceneFacts<'a>,
     tolerance: f64,
     found: Vec<CoplanarOverlap>,
     /// Numbers of the overlaps besides contacts of glass, and of these contacts.
@@ -139,34 +265,12 @@ struct OverlapSearch<'a> {
 impl OverlapSearch<'_> {
     /// Compares the faces of a plane that overlap along an axis: the axis of their greatest extent.
     fn search_plane(&mut self, faces: &mut [FlatFace]) {
-        let reach = |axis: usize| {
-            let along = faces
-                .iter()
-                .flat_map(|face| &face.corners)
-                .map(|corner| corner[axis]);
-            let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-                [low.min(x), high.max(x)]
-            });
-            high - low
-        };
-        let axis = (0..3)
-            .max_by(|&a, &b| reach(a).total_cmp(&reach(b)))
-            .unwrap_or(0);
-        let ends = |face: &FlatFace| {
-            let along = face.corners.iter().map(|corner| corner[axis]);
-            let ends = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-                [low.min(x), high.max(x)]
-            });
-            if face.is_endless {
-                [f64::NEG_INFINITY, f64::INFINITY]
-            } else {
-                ends
-            }
-        };
-        faces.sort_by(|a, b| ends(a)[0].total_cmp(&ends(b)[0]));
+        let corners = faces.iter().flat_map(|face| face.corners.iter().copied());
+        let axis = Aabb::from_points(corners).extent().max_position();
+        faces.sort_by(|a, b| a.bounds.min[axis].total_cmp(&b.bounds.min[axis]));
         let mut open: Vec<&FlatFace> = Vec::new();
         for face in &*faces {
-            open.retain(|other| ends(other)[1] > ends(face)[0]);
+            open.retain(|other| other.bounds.max[axis] > face.bounds.min[axis]);
             for other in &open {
                 self.pairs += 1;
                 if self.pairs > MOST_PAIRS {
@@ -181,121 +285,243 @@ impl OverlapSearch<'_> {
 
     /// Adds the overlap of two faces, unless the list has enough of its kind.
     fn add_overlap(&mut self, a: &FlatFace, b: &FlatFace) {
-        let is_contact = are_back_to_back(a, b);
-        let count = self.counts[usize::from(is_contact)];
-        let most = if is_contact { MOST_CONTACTS } else { MOST };
-        if count >= most {
-            self.has_all_contacts &= !is_contact;
-            return;
-        }
-        if let Some(overlap) = overlap_of_faces(self.scene_facts, a, b, self.tolerance) {
-            self.counts[usize::from(is_contact)] += 1;
+        let kind = usize::from(a.is_back_to_back(b));
+        if self.counts[kind] >= MOST[kind] {
+            self.has_all_contacts &= kind == 0;
+        } else if let Some(overlap) = self.overlap(a, b) {
+            self.counts[kind] += 1;
             self.found.push(overlap);
         }
     }
-}
 
-/// Returns whether two parallel faces belong to closed bodies on opposite sides of their plane.
-fn are_back_to_back(a: &FlatFace, b: &FlatFace) -> bool {
-    !a.is_sheet && !b.is_sheet && a.normal.dot(b.normal) < 0.0
-}
-
-/// Returns whether rays can hit the two faces from opposite sides only.
-fn visible_sides_oppose([own, others]: [&ObjectFacts<'_>; 2], [a, b]: [&FlatFace; 2]) -> bool {
-    let visible = [
-        own.visible_normal(a.normal),
-        others.visible_normal(b.normal),
-    ];
-    matches!(visible, [Some(m), Some(n)] if m.dot(n) < 0.0)
-}
-
-/// Returns whether the bounding boxes of two bounded faces are apart within their plane.
-fn are_apart(a: &FlatFace, b: &FlatFace) -> bool {
-    // Of parallel faces, the coordinates across the plane differ by rounding alone.
-    let across = a.normal.abs().max_position();
-    let ends = |face: &FlatFace, axis: usize| {
-        let along = face.corners.iter().map(|corner| corner[axis]);
-        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-            [low.min(x), high.max(x)]
-        })
-    };
-    !a.is_endless
-        && !b.is_endless
-        && (0..3).filter(|&axis| axis != across).any(|axis| {
-            let ([low, high], [from, to]) = (ends(a, axis), ends(b, axis));
-            low >= to || from >= high
-        })
-}
-
-/// Returns the overlap of two coplanar faces. Returns `None` if they do not overlap, share an
-/// object or material, can be hit from opposite sides only, or belong to bodies that stand back to
-/// back, except glass on an opaque body.
-fn overlap_of_faces(
-    scene_facts: &SceneFacts<'_>,
-    a: &FlatFace,
-    b: &FlatFace,
-    tolerance: f64,
-) -> Option<CoplanarOverlap> {
-    let material = |face: &FlatFace| &scene_facts.objects[face.object].object.material;
-    let [own, others] = [a, b].map(|face| &scene_facts.objects[face.object]);
-    let touches_glass = matches!(
-        [own.surface_kind, others.surface_kind],
-        [SurfaceKind::Body, SurfaceKind::Opaque] | [SurfaceKind::Opaque, SurfaceKind::Body]
-    );
-    let is_back_to_back = are_back_to_back(a, b);
-    if a.object == b.object
-        || material(a) == material(b)
-        || is_back_to_back && !touches_glass
-        || visible_sides_oppose([own, others], [a, b])
-        || a.normal.cross(b.normal).length() > PARALLEL
-        || are_apart(a, b)
-    {
-        return None;
-    }
-    let (bounded, other) = if a.is_endless { (b, a) } else { (a, b) };
-    let apart = |corner: &DVec3| (*corner - other.corners[0]).dot(other.normal).abs();
-    if bounded
-        .corners
-        .iter()
-        .any(|corner| apart(corner) > tolerance)
-    {
-        return None;
-    }
-    let normal = bounded.normal;
-    let mut outline = counter_clockwise_corners(bounded, normal);
-    if !bounded.is_endless && !other.is_endless {
-        let whole = signed_double_area(&outline, normal).min(signed_double_area(
-            &counter_clockwise_corners(other, normal),
-            normal,
-        ));
-        outline = clip_polygon(outline, &counter_clockwise_corners(other, normal), normal);
-        if signed_double_area(&outline, normal) <= 1e-6 * whole {
+    /// Returns the overlap of two coplanar faces. Returns `None` if they do not overlap, share an
+    /// object or material, can be hit from opposite sides only, or belong to bodies that stand back
+    /// to back, except glass on an opaque body.
+    fn overlap(&self, a: &FlatFace, b: &FlatFace) -> Option<CoplanarOverlap> {
+        let [own, others] = [a, b].map(|face| &self.facts.objects[face.object]);
+        let touches_glass =
+            own.is_body() && others.is_opaque() || own.is_opaque() && others.is_body();
+        let is_back_to_back = a.is_back_to_back(b);
+        let visible = own
+            .visible_normal(a.normal)
+            .zip(others.visible_normal(b.normal));
+        if a.object == b.object
+            || own.object.material == others.object.material
+            || is_back_to_back && !touches_glass
+            || visible.is_some_and(|(m, n)| m.dot(n) < 0.0)
+            || a.normal.cross(b.normal).length() > PARALLEL
+            || a.is_apart(b)
+        {
             return None;
         }
+        let (bounded, other) = if a.is_endless { (b, a) } else { (a, b) };
+        let normal = bounded.normal;
+        let apart = |corner: &DVec3| (*corner - other.corners[0]).dot(other.normal).abs();
+        if bounded
+            .corners
+            .iter()
+            .any(|corner| apart(corner) > self.tolerance)
+        {
+            return None;
+        }
+        let mut outline = bounded.outline(normal);
+        if !bounded.is_endless && !other.is_endless {
+            let clip = other.outline(normal);
+            let [own, others] =
+                [&outline, &clip].map(|corners| signed_double_area(corners, normal));
+            outline = clip_polygon(outline, &clip, normal);
+            if signed_double_area(&outline, normal) <= 1e-6 * own.min(others) {
+                return None;
+            }
+        }
+        let position = outline.iter().sum::<DVec3>() / outline.len() as f64;
+        // What rounding makes of corners is no gap.
+        let corners = outline.iter();
+        let reach = corners.fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
+        let gap = outline.iter().map(apart).fold(0.0, f64::max);
+        let [first, second] = if a.object < b.object { [a, b] } else { [b, a] };
+        Some(CoplanarOverlap {
+            objects: [first.object, second.object],
+            outward: [first.normal, second.normal],
+            touches_glass,
+            is_back_to_back,
+            are_sheets: a.is_sheet && b.is_sheet,
+            normal,
+            bounds: Aabb::from_points(outline.iter().copied()),
+            outline: if bounded.is_endless {
+                Vec::new()
+            } else {
+                outline
+            },
+            position,
+            gap: if gap > ONE_PLANE * reach { gap } else { 0.0 },
+            tolerance: self.tolerance,
+        })
     }
-    let position = outline.iter().sum::<DVec3>() / outline.len() as f64;
-    // What rounding makes of corners is no gap.
-    let reach = outline.iter().fold(0.0_f64, |maximum, corner| {
-        maximum.max(corner.abs().max_element())
-    });
-    let gap = outline.iter().map(apart).fold(0.0, f64::max);
-    let gap = if gap > ONE_PLANE * reach { gap } else { 0.0 };
-    let outline = if bounded.is_endless {
-        Vec::new()
-    } else {
-        outline
-    };
-    let [first, second] = if a.object < b.object { [a, b] } else { [b, a] };
-    Some(CoplanarOverlap {
-        objects: [first.object, second.object],
-        outward: [first.normal, second.normal],
-        touches_glass,
-        is_back_to_back,
-        are_sheets: a.is_sheet && b.is_sheet,
-        normal,
-        outline,
-        position,
-        gap,
-        tolerance,
-    })
+}
+
+/// Two objects with coplanar faces that overlap, and the region of the overlap.
+#[derive(Clone, Debug)]
+pub(super) struct CoplanarOverlap {
+    pub objects: [usize; 2],
+    /// Whether neither face belongs to a closed body. The face of a body may be hidden
+    /// legitimately, by the surface on which the body stands.
+    pub are_sheets: bool,
+    /// Whether glass touches an opaque object here.
+    touches_glass: bool,
+    /// Whether both faces belong to closed bodies that stand back to back.
+    pub is_back_to_back: bool,
+    /// Outward normals of the faces of `objects`.
+    outward: [DVec3; 2],
+    normal: DVec3,
+    /// Region of the overlap: a convex polygon, counter-clockwise about the normal. Empty if both
+    /// faces are unbounded.
+    outline: Vec<DVec3>,
+    bounds: Aabb,
+    pub position: DVec3,
+    /// Greatest separation of the two faces within the overlap, in metres.
+    pub gap: f64,
+    tolerance: f64,
+}
+
+impl CoplanarOverlap {
+    /// Returns whether a surface point lies in the overlap. `normal` may point to either side.
+    fn contains_surface_point(&self, point: DVec3, normal: DVec3) -> bool {
+        let within = |i: usize| {
+            let (from, to) = (self.outline[i], self.outline[(i + 1) % self.outline.len()]);
+            self.normal.cross(to - from).dot(point - from) >= 0.0
+        };
+        normal.dot(self.normal).abs() > 0.999
+            && (point - self.position).dot(self.normal).abs() <= 16.0 * self.tolerance
+            && (0..self.outline.len()).all(within)
+    }
+}
+
+/// The overlaps of an object, sorted along the axis on which they extend farthest.
+#[derive(Clone, Debug, Default)]
+struct ObjectOverlaps {
+    axis: usize,
+    /// The low end of each bounded overlap on the axis, and its index.
+    sorted: Vec<(f64, usize)>,
+    /// Greatest extent of a bounded overlap on the axis.
+    longest: f64,
+    /// Indices of the unbounded overlaps.
+    unbounded: Vec<usize>,
+}
+
+impl ObjectOverlaps {
+    fn new(list: &[CoplanarOverlap], own: Vec<usize>) -> Self {
+        let is_unbounded = |&index: &usize| list[index].outline.is_empty();
+        let (unbounded, bounded): (Vec<usize>, Vec<usize>) =
+            own.into_iter().partition(is_unbounded);
+        let boxes = || bounded.iter().map(|&index| &list[index].bounds);
+        let axis = Aabb::from_points(boxes().map(|b| b.min))
+            .extent()
+            .max_position();
+        let ends = bounded
+            .iter()
+            .map(|&index| (list[index].bounds.min[axis], index));
+        let mut sorted: Vec<(f64, usize)> = ends.collect();
+        sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        Self {
+            axis,
+            longest: boxes().map(|b| b.extent()[axis]).fold(0.0, f64::max),
+            sorted,
+            unbounded,
+        }
+    }
+
+    /// Returns the indices of the overlaps that may contain a point.
+    fn candidates_at(&self, point: DVec3) -> impl Iterator<Item = usize> {
+        let x = point[self.axis];
+        let from = self
+            .sorted
+            .partition_point(|(low, _)| *low < x - self.longest);
+        let near = self.sorted[from..]
+            .iter()
+            .take_while(move |(low, _)| *low <= x);
+        near.map(|(_, index)| *index)
+            .chain(self.unbounded.iter().copied())
+    }
+}
+
+/// All overlaps of a scene, indexed by object.
+#[derive(Clone, Debug, Default)]
+pub(super) struct OverlapTable {
+    pub list: Vec<CoplanarOverlap>,
+    /// Whether the list has all places where glass touches an opaque body.
+    pub has_all_contacts: bool,
+    of: BTreeMap<usize, ObjectOverlaps>,
+}
+
+impl OverlapTable {
+    fn new(list: Vec<CoplanarOverlap>, has_all_contacts: bool) -> Self {
+        let mut of: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (index, overlap) in list.iter().enumerate() {
+            for object in overlap.objects {
+                of.entry(object).or_default().push(index);
+            }
+        }
+        let of = of.into_iter();
+        let of = of.map(|(object, own)| (object, ObjectOverlaps::new(&list, own)));
+        Self {
+            of: of.collect(),
+            list,
+            has_all_contacts,
+        }
+    }
+
+    /// Returns the separation of two objects where they overlap, in metres.
+    pub fn gap_between(&self, [a, b]: [usize; 2]) -> Option<f64> {
+        let pair = [a.min(b), a.max(b)];
+        let overlap = self.list.iter().find(|overlap| overlap.objects == pair)?;
+        Some(overlap.gap)
+    }
+
+    /// Returns the overlaps of `object` at a point of its surface. For each: the other object, and
+    /// the outward normal of that object's face.
+    fn overlaps_at(
+        &self,
+        object: usize,
+        [point, normal]: [DVec3; 2],
+    ) -> impl Iterator<Item = (&CoplanarOverlap, usize, DVec3)> {
+        let own = self.of.get(&object);
+        own.into_iter()
+            .flat_map(move |own| own.candidates_at(point))
+            .map(|index| &self.list[index])
+            .filter(move |overlap| overlap.contains_surface_point(point, normal))
+            .map(move |overlap| {
+                let other = usize::from(overlap.objects[0] == object);
+                (overlap, overlap.objects[other], overlap.outward[other])
+            })
+    }
+
+    /// Returns the other objects that a ray could hit in place of `object`, at a point of its
+    /// surface. A ray hits no face from its hidden side.
+    pub fn overlapping_objects(
+        &self,
+        facts: &SceneFacts<'_>,
+        object: usize,
+        place: [DVec3; 2],
+        direction: DVec3,
+    ) -> impl Iterator<Item = usize> {
+        self.overlaps_at(object, place)
+            .filter(move |(overlap, other, outward)| {
+                let visible = facts.objects[*other].visible_normal(*outward);
+                !overlap.is_back_to_back && visible.is_none_or(|side| side.dot(direction) < 0.0)
+            })
+            .map(|(_, other, _)| other)
+    }
+
+    /// Returns the objects that touch `object` at a point of its surface, if one of the two is
+    /// glass and the other is opaque. For each: the outward normal of its face.
+    pub fn glass_contacts(
+        &self,
+        object: usize,
+        place: [DVec3; 2],
+    ) -> impl Iterator<Item = (usize, DVec3)> {
+        self.overlaps_at(object, place)
+            .filter(|(overlap, ..)| overlap.touches_glass)
+            .map(|(_, other, outward)| (other, outward))
+    }
 }

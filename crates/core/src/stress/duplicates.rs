@@ -1,114 +1,42 @@
-//! Objects that occur twice in one place. The transforms that place them may be written
-//! differently.
+//! Objects and copies of generators that occur twice in one place. The transforms that place them
+//! may be written differently.
 
-use std::collections::HashMap;
-use std::collections::hash_map::DefaultHasher;
-use std::hash::{Hash, Hasher};
+use std::hash::{DefaultHasher, Hash, Hasher};
 
-use glam::{DAffine3, DVec3};
+use glam::DMat3;
 
-use super::facts::{ObjectFacts, SceneFacts, finite_point};
-use super::finding::{FindingCode, Severity, StressFinding};
-use super::ray_survey::RaySurvey;
-use crate::generate::generator_offsets;
-use crate::scene::{MeshData, Object, Shape};
+use super::*;
+use crate::generate::{count_generated_objects, generator_offsets};
 
 /// Step to which positions are rounded before they are compared, as a share of the object's size.
 /// Not a round number, so that round coordinates are not on the border between two steps.
 const STEP: f64 = 0.739_085e-8;
+/// Number of objects at one position above which they slow rays down.
+const MANY: u64 = 64;
 
-/// Shape and rounded placement of an object. Equal for objects that coincide.
-type ObjectKey = (String, Vec<i64>);
-
-/// Indices of objects, by shape and then by rounded placement.
-type PlacedObjects = HashMap<String, HashMap<Vec<i64>, usize>>;
-
-/// The listed objects that coincide with other listed objects.
+/// The objects that coincide with other objects.
+#[derive(Clone, Debug, Default)]
 pub(super) struct DuplicateObjects {
     /// For each listed object, the index of the first object that coincides with it (possibly
     /// itself).
     first: Vec<usize>,
-    /// For each listed object, whether another one coincides with it.
-    have_twins: Vec<bool>,
-    places: PlacedObjects,
-    /// Hash of each mesh that listed objects use, by the index of the mesh.
-    meshes: HashMap<usize, u64>,
+    /// Objects and generators that coincide: the first one in the scene and the other one, which may
+    /// be the same generator.
+    pairs: BTreeMap<[usize; 2], Coincidence>,
+}
+
+/// Coincidence of two objects or generators.
+#[derive(Clone, Copy, Debug, Default)]
+struct Coincidence {
+    /// Number of copies of the second that coincide with the first.
+    count: u64,
+    /// Greatest number of objects in one place.
+    most: u64,
+    /// Offset of the first such copy from the first copy of its generator.
+    offset: DVec3,
 }
 
 impl DuplicateObjects {
-    pub fn from_scene(scene_facts: &SceneFacts<'_>) -> Self {
-        let mut places = PlacedObjects::new();
-        let mut meshes: HashMap<usize, u64> = HashMap::new();
-        let listed = scene_facts
-            .objects
-            .iter()
-            .take(scene_facts.scene.objects.len());
-        let first_of = |(index, object_facts): (usize, &ObjectFacts<'_>)| {
-            let content = scene_facts
-                .mesh_of_object(object_facts.object)
-                .map(|(mesh, data)| {
-                    *meshes
-                        .entry(mesh)
-                        .or_insert_with(|| mesh_content_hash(data))
-                });
-            let (label, place) = object_key(object_facts, object_facts.object_to_world, content);
-            let alike = places.entry(label).or_default();
-            *alike.entry(place).or_insert(index)
-        };
-        let first: Vec<usize> = listed.enumerate().map(first_of).collect();
-        let mut have_twins = vec![false; first.len()];
-        for (index, &first) in first.iter().enumerate().filter(|(i, first)| i != *first) {
-            (have_twins[index], have_twins[first]) = (true, true);
-        }
-        Self {
-            first,
-            have_twins,
-            places,
-            meshes,
-        }
-    }
-
-    /// Returns a finding for each listed object that coincides with an earlier one.
-    pub fn check_listed_objects(
-        &self,
-        scene_facts: &SceneFacts<'_>,
-        survey: &RaySurvey,
-    ) -> Vec<StressFinding> {
-        let twins = self.first.iter().enumerate();
-        twins
-            .filter(|(index, first)| index != *first)
-            .map(|(index, &first)| duplicate_finding(scene_facts, survey, [first, index]))
-            .collect()
-    }
-
-    /// Finds copies of a generator that coincide with listed objects. Returns the number of these
-    /// copies, the listed object of the first, and the offset of the first from the generator's
-    /// first copy.
-    pub fn find_copies_over_objects(
-        &self,
-        scene_facts: &SceneFacts<'_>,
-        generator: usize,
-    ) -> Option<(u64, usize, DVec3)> {
-        let object_facts = &scene_facts.objects[scene_facts.scene.objects.len() + generator];
-        let mesh = scene_facts.mesh_of_object(object_facts.object);
-        let content = mesh.and_then(|(mesh, _)| self.meshes.get(&mesh).copied());
-        let (label, _) = object_key(object_facts, object_facts.object_to_world, content);
-        let alike = self.places.get(&label)?;
-        let kind = &scene_facts.scene.generators[generator].kind;
-        let start = generator_offsets(kind).next()?;
-        let (mut count, mut first) = (0, None);
-        for offset in generator_offsets(kind) {
-            let mut map = object_facts.object_to_world;
-            map.translation += offset - start;
-            let (_, place) = object_key(object_facts, map, content);
-            if let Some(&listed) = alike.get(&place) {
-                count += 1;
-                first = first.or(Some((listed, offset - start)));
-            }
-        }
-        first.map(|(listed, offset)| (count, listed, offset))
-    }
-
     /// Returns whether two listed objects coincide.
     pub fn are_duplicates(&self, [a, b]: [usize; 2]) -> bool {
         let first = |object: usize| self.first.get(object);
@@ -117,139 +45,196 @@ impl DuplicateObjects {
 
     /// Returns whether another listed object coincides with this object.
     pub fn has_duplicate(&self, object: usize) -> bool {
-        self.have_twins
-            .get(object)
-            .is_some_and(|&has_twin| has_twin)
+        (0..self.first.len()).any(|other| other != object && self.are_duplicates([object, other]))
     }
 }
 
-/// Returns a hash of a mesh's positions and triangles.
-fn mesh_content_hash(data: &MeshData) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    for corner in data.positions.iter() {
-        corner.to_array().map(f64::to_bits).hash(&mut hasher);
+impl SceneFacts<'_> {
+    /// Finds the objects and copies of generators that coincide.
+    pub fn find_duplicates(&self) -> DuplicateObjects {
+        let mut found = DuplicateObjects::default();
+        let mut meshes: HashMap<usize, u64> = HashMap::new();
+        // The first object in each place, and the number of objects there.
+        let mut places: HashMap<u64, (usize, u64)> = HashMap::new();
+        for object in &self.objects {
+            let content = object.mesh.map(|(mesh, data)| {
+                *meshes.entry(mesh).or_insert_with(|| {
+                    let mut hasher = DefaultHasher::new();
+                    let corners = data.positions.iter();
+                    corners
+                        .for_each(|corner| corner.to_array().map(f64::to_bits).hash(&mut hasher));
+                    data.indices.hash(&mut hasher);
+                    hasher.finish()
+                })
+            });
+            let generator = self.generator(object.index);
+            let offsets = match generator {
+                Some(kind) => generator_offsets(kind),
+                None => Box::new([DVec3::ZERO].into_iter()),
+            };
+            let mut start = None;
+            for offset in offsets {
+                let offset = offset - *start.get_or_insert(offset);
+                let key = place_key(object, offset, content);
+                let place = places.entry(key).or_insert((object.index, 0));
+                place.1 += 1;
+                if generator.is_none() {
+                    found.first.push(place.0);
+                }
+                if place.1 > 1 {
+                    let pair = found.pairs.entry([place.0, object.index]);
+                    let pair = pair.or_insert(Coincidence {
+                        offset,
+                        ..Coincidence::default()
+                    });
+                    pair.count += 1;
+                    pair.most = pair.most.max(place.1);
+                }
+            }
+        }
+        found
     }
-    data.indices.hash(&mut hasher);
-    hasher.finish()
+
+    /// Returns the findings about objects and copies of generators in the same place.
+    pub fn check_duplicates(&self, survey: &RaySurvey) -> Vec<StressFinding> {
+        let pairs = self.duplicates.pairs.iter();
+        let finding = |(&pair, coincidence): (&[usize; 2], &Coincidence)| {
+            self.duplicate_finding(survey, pair, coincidence)
+        };
+        pairs.map(finding).collect()
+    }
+
+    fn duplicate_finding(
+        &self,
+        survey: &RaySurvey,
+        [before, index]: [usize; 2],
+        coincidence: &Coincidence,
+    ) -> StressFinding {
+        let &Coincidence {
+            count,
+            most,
+            offset,
+        } = coincidence;
+        let pair @ [first, own] = [before, index].map(|object| &self.objects[object]);
+        let seen = [before, index].map(|object| survey.events.get(&RayEvent::Crossed(object)));
+        let seen = seen.into_iter().flatten().next();
+        let (severity, label) = if pair.iter().any(|object| object.is_blended()) {
+            (PictureWrong, "and each dims the light that passes")
+        } else if pair.iter().all(|object| object.emits_light()) {
+            (
+                PictureWrong,
+                "and each emits light, so that together they give more light than one",
+            )
+        } else if first.object.material == own.object.material && most > MANY {
+            (
+                SlowOrNoisy,
+                "of which only one is seen, but rays are tested against all",
+            )
+        } else if first.object.material == own.object.material {
+            (
+                Harmless,
+                "with the same material, so that the fault is not visible",
+            )
+        } else if seen.is_none() {
+            (
+                Harmless,
+                "with another material; no camera sees either of the two",
+            )
+        } else if first.object.shape == own.object.shape
+            && first.object.transform == own.object.transform
+        {
+            (
+                PictureWrong,
+                "with another material; only the first of the two in the file is seen",
+            )
+        } else {
+            (
+                PictureWrong,
+                "with another material; only one of the two is seen, and rounding may decide which",
+            )
+        };
+        let generator = self.generator(index);
+        let other = self.object_name(before);
+        let (reason, remedy) = match generator {
+            Some(_) if before == index => (
+                format!("copies coincide, up to {most} in one place, {label}"),
+                "set a `step` for the grid, or a larger box (`min`, `max`) or fewer copies for the scatter",
+            ),
+            Some(_) => (
+                format!("a copy of it is in the same place as {other}, {label}"),
+                "remove one of the two",
+            ),
+            None => (
+                format!("it is in the same place as {other}, {label}"),
+                "remove one of the two",
+            ),
+        };
+        let finding = FindingCode::DuplicateObject.finding(severity, own.subject(), reason, remedy);
+        let Some(kind) = generator else {
+            return finding.with_place(seen.map(|at| at.position).or(own.centre()));
+        };
+        let predicate = match before == index {
+            true => "coincide with another one",
+            false => "coincide with another object",
+        };
+        finding
+            .with_count(count, count_generated_objects(kind), "copies", predicate)
+            .with_place(own.centre().map(|centre| centre + offset))
+    }
 }
 
-/// Returns the shape and the rounded placement of an object under a transform. `content` is the
-/// hash of the object's mesh.
-fn object_key(object_facts: &ObjectFacts<'_>, map: DAffine3, content: Option<u64>) -> ObjectKey {
-    let Object {
-        shape,
-        transform_end,
-        transform,
-        side,
-        ..
-    } = object_facts.object;
-    // On its way it is where both ends are said alike.
-    let way = transform_end
-        .as_ref()
-        .map(|end| format!("{transform:?}{end:?}"));
+/// Returns a hash of the shape and the rounded placement of an object, moved by an offset. `content`
+/// is the hash of its mesh.
+fn place_key(facts: &ObjectFacts<'_>, offset: DVec3, content: Option<u64>) -> u64 {
+    let (object, mut map) = (facts.object, facts.object_to_world);
+    map.translation += offset;
     let matrix = map.matrix3;
     let scale = matrix.determinant().abs().cbrt();
+    let mut hasher = DefaultHasher::new();
+    let mut hash_rounded = |values: DVec3, size: f64| {
+        let step = |value: f64| {
+            let steps = (value / (STEP * size.max(f64::MIN_POSITIVE))).round();
+            // A value that has fewer digits than such a step is kept exactly.
+            let is_coarse = steps.abs() >= 1e15;
+            if is_coarse {
+                (value + 0.0).to_bits() as i64
+            } else {
+                steps as i64
+            }
+        };
+        values.to_array().map(step).hash(&mut hasher);
+    };
+    // On its way a moving object is where both ends are said alike.
+    let way = object
+        .transform_end
+        .as_ref()
+        .map(|end| (&object.transform, end));
     // A ball is the same however it is turned.
-    if let Shape::Sphere { centre, radius } = *shape
+    if let Shape::Sphere { centre, radius } = object.shape
         && is_similarity_transform(matrix, scale)
         && way.is_none()
     {
-        let (centre, size) = (map.transform_point3(centre.into()), radius * scale);
-        let mut place = quantise_coordinates(&centre.to_array(), size);
-        place.extend(quantise_coordinates(&[libm::log(size)], 1.0));
-        return (format!("ball{side:?}"), place);
+        hash_rounded(map.transform_point3(centre.into()), radius * scale);
+        hash_rounded(DVec3::splat(libm::log(radius * scale)), 1.0);
+        format!("ball{:?}", object.side).hash(&mut hasher);
+        return hasher.finish();
     }
-    let label = match content {
-        Some(content) => format!("mesh{content:x}"),
-        None => format!("{shape:?}"),
-    };
-    let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
-    let mut place: Vec<i64> = columns
-        .iter()
-        .flat_map(|column| quantise_coordinates(&column.to_array(), scale.max(f64::MIN_POSITIVE)))
-        .collect();
-    let size = object_facts
-        .bounds
-        .map_or(1.0, |bounds| bounds.extent().length());
-    let origin = map.translation.to_array();
-    place.extend(quantise_coordinates(&origin, size.max(f64::MIN_POSITIVE)));
-    (format!("{label}{side:?}{way:?}"), place)
-}
-
-/// Rounds coordinates to steps of `STEP` times `size`. A value that has fewer digits than such a
-/// step is kept exactly.
-fn quantise_coordinates(values: &[f64], size: f64) -> Vec<i64> {
-    let step = |value: &f64| {
-        let steps = (value / (STEP * size)).round();
-        if steps.abs() < 1e15 {
-            steps as i64
-        } else {
-            (value + 0.0).to_bits() as i64
-        }
-    };
-    values.iter().map(step).collect()
+    [matrix.x_axis, matrix.y_axis, matrix.z_axis]
+        .into_iter()
+        .for_each(|column| hash_rounded(column, scale));
+    let size = facts.bounds.map_or(1.0, |bounds| bounds.extent().length());
+    hash_rounded(map.translation, size);
+    match content {
+        Some(content) => content.hash(&mut hasher),
+        None => format!("{:?}", object.shape).hash(&mut hasher),
+    }
+    format!("{:?}{way:?}", object.side).hash(&mut hasher);
+    hasher.finish()
 }
 
 /// Returns whether a matrix only rotates, mirrors and scales uniformly by `scale`.
-fn is_similarity_transform(matrix: glam::DMat3, scale: f64) -> bool {
+fn is_similarity_transform(matrix: DMat3, scale: f64) -> bool {
     let square = matrix.transpose() * matrix;
-    let other = glam::DMat3::from_diagonal(glam::DVec3::splat(scale * scale));
+    let other = DMat3::from_diagonal(DVec3::splat(scale * scale));
     square.abs_diff_eq(other, 1e-9 * scale * scale)
-}
-
-/// Returns the finding that the second of two objects coincides with the first.
-pub(super) fn duplicate_finding(
-    scene_facts: &SceneFacts<'_>,
-    survey: &RaySurvey,
-    [before, index]: [usize; 2],
-) -> StressFinding {
-    let object_facts = &scene_facts.objects[index];
-    let pair = [&scene_facts.objects[before], object_facts];
-    let other = pair[0].subject.display_name(scene_facts.scene);
-    let sightings =
-        [before, index].map(|object| RaySurvey::sighting_count(&survey.sightings, &object));
-    let is_seen = sightings.iter().sum::<u64>() > 0;
-    let (severity, label) = if pair.iter().any(|object_facts| object_facts.is_blended()) {
-        let label = "and both dim the light that passes";
-        (Severity::PictureWrong, label)
-    } else if pair.iter().all(|object_facts| object_facts.emits_light()) {
-        let label = "and both emit light, so that they give twice the light of one";
-        (Severity::PictureWrong, label)
-    } else if pair[0].object.material == pair[1].object.material {
-        (
-            Severity::Harmless,
-            "with the same material, so that the fault is not visible",
-        )
-    } else if is_seen {
-        let [first, own] = pair.map(|object_facts| object_facts.object);
-        let label = match first.shape == own.shape && first.transform == own.transform {
-            true => "with another material; only the first of the two in the file is seen",
-            false => {
-                "with another material; only one of the two is seen, and rounding may decide which"
-            }
-        };
-        (Severity::PictureWrong, label)
-    } else {
-        (
-            Severity::Harmless,
-            "with another material; no camera sees either of the two",
-        )
-    };
-    let reason = format!("it is in the same place as {other}, {label}");
-    let seen_at = [before, index]
-        .iter()
-        .find_map(|object| finite_point(survey.sightings.get(object)?.position));
-    let at = seen_at.or_else(|| {
-        object_facts
-            .bounds
-            .and_then(|bounds| finite_point(bounds.centre()))
-    });
-    StressFinding::new(
-        FindingCode::DuplicateObject,
-        severity,
-        object_facts.subject,
-        reason,
-        "remove one of the two",
-    )
-    .with_place(at)
 }

@@ -1,23 +1,27 @@
 //! Facts about a scene that the checks share: its objects with their materials, bounds and surface
-//! kinds.
+//! kinds, its cameras, and what rays hit.
 
-use std::collections::BTreeMap;
-
-use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::transform_bounds;
-use raywright_bvh::{Aabb, Motion, Shape as _};
+use raywright_bvh::{Geometry, Motion, Shape as _};
 
-use super::finding::FindingSubject;
+use super::coplanar::OverlapTable;
+use super::duplicates::DuplicateObjects;
+use super::topology::Topology;
+use super::*;
 use crate::affine::affine_from_steps;
 use crate::generate::{count_generated_objects, generator_offsets};
 use crate::lookup::SceneLookup;
 use crate::motion::{object_transforms_at_ends, shutter_opening};
-use crate::scene::{AlphaMode, Material, MaterialModel, MeshData, Object, Scene, Shape, SideRule};
+use crate::scene::{AlphaMode, GeneratorKind, Object};
 use crate::shape::convert_shape;
+
+/// Greatest number of surfaces that a ray is followed through. A ray that passes as many counts as
+/// unblocked.
+pub(super) const HITS: usize = 64;
 
 /// How light passes a surface, by its material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SurfaceKind {
+enum SurfaceKind {
     /// Light is absorbed or reflected.
     Opaque,
     /// The surface bounds a body that light passes through. It has to be closed.
@@ -28,48 +32,64 @@ pub(crate) enum SurfaceKind {
 
 impl SurfaceKind {
     fn from_material(material: &Material) -> Self {
-        match &material.model {
-            MaterialModel::Physical(m) if m.alpha == AlphaMode::Blend => Self::Veil,
-            MaterialModel::Physical(m) if m.may_transmit() => {
-                if m.thin_walled {
-                    Self::Veil
-                } else {
-                    Self::Body
-                }
-            }
-            MaterialModel::Physical(_) => Self::Opaque,
+        let is_body = match &material.model {
+            MaterialModel::Physical(m) if m.alpha == AlphaMode::Blend => return Self::Veil,
+            MaterialModel::Physical(m) if m.may_transmit() && m.thin_walled => return Self::Veil,
+            MaterialModel::Physical(m) => m.may_transmit(),
             MaterialModel::Classic(m) => {
-                let refracts = m
-                    .mixture
-                    .as_ref()
-                    .is_some_and(|mixture| mixture.refraction_chance > 0.0);
-                if m.transmission.is_some() || refracts {
-                    Self::Body
-                } else {
-                    Self::Opaque
-                }
+                let mixture = m.mixture.as_ref();
+                m.transmission.is_some() || mixture.is_some_and(|m| m.refraction_chance > 0.0)
             }
-        }
+        };
+        if is_body { Self::Body } else { Self::Opaque }
     }
 }
 
 /// An object of the scene's list, or a generator as a whole.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ObjectFacts<'a> {
+pub(super) struct ObjectFacts<'a> {
+    /// Index in `SceneFacts::objects`.
+    pub index: usize,
     pub object: &'a Object,
-    pub subject: FindingSubject,
     /// The material, with its index in the scene's list.
     pub material: Option<(usize, &'a Material)>,
-    pub surface_kind: SurfaceKind,
+    surface_kind: SurfaceKind,
     /// Transform from object to world space when the first camera's shutter opens; for a generator,
     /// that of its first object.
     pub object_to_world: DAffine3,
     /// World-space bounding box of the object, or of a generator's first object. `None` if
     /// unbounded.
     pub bounds: Option<Aabb>,
+    /// The mesh, with its index in the scene's list.
+    pub mesh: Option<(usize, &'a MeshData)>,
 }
 
 impl ObjectFacts<'_> {
+    pub fn subject(&self) -> FindingSubject {
+        FindingSubject::Object(self.index)
+    }
+
+    /// Returns the centre of the bounding box.
+    pub fn centre(&self) -> Option<DVec3> {
+        Some(self.bounds?.centre())
+    }
+
+    pub fn is_body(&self) -> bool {
+        self.surface_kind == SurfaceKind::Body
+    }
+
+    pub fn is_opaque(&self) -> bool {
+        self.surface_kind == SurfaceKind::Opaque
+    }
+
+    /// Returns whether the object is a plane or a cylinder without end.
+    pub fn is_endless(&self) -> bool {
+        matches!(
+            self.object.shape,
+            Shape::Plane { .. } | Shape::Cylinder { height: None, .. }
+        )
+    }
+
     /// Returns whether camera rays hit only one side of the surface.
     pub fn hides_back_faces(&self) -> bool {
         self.object.side != SideRule::Both
@@ -100,65 +120,79 @@ impl ObjectFacts<'_> {
 }
 
 /// A scene with facts that the checks share.
-pub(crate) struct SceneFacts<'a> {
+pub(super) struct SceneFacts<'a> {
     pub scene: &'a Scene,
+    pub settings: &'a Settings,
     pub lookup: SceneLookup<'a>,
     /// The listed objects, followed by one entry for each generator.
     pub objects: Vec<ObjectFacts<'a>>,
     /// Bounding box of all bounded objects, in metres.
     pub bounds: Aabb,
+    /// The cameras that are checked.
+    pub views: Vec<CameraView>,
+    /// Connectivity of each mesh in use, by the index of the mesh.
+    pub topologies: BTreeMap<usize, Topology>,
+    pub overlaps: OverlapTable,
+    pub duplicates: DuplicateObjects,
     /// Number of objects before each generator's first object: listed and generated ones.
     first_generated_indices: Vec<u64>,
 }
 
 impl<'a> SceneFacts<'a> {
-    pub fn new(scene: &'a Scene, bounds: Aabb) -> Self {
+    /// Collects the facts that need no other facts. Topologies, overlaps and duplicates are empty.
+    pub fn new(scene: &'a Scene, settings: &'a Settings, bounds: Aabb) -> Self {
         let lookup = SceneLookup::new(scene);
+        let opening = scene.cameras.first().map_or(0.0, shutter_opening);
         let listed = scene.objects.iter().map(|object| (object, DVec3::ZERO));
         let generated = scene.generators.iter().map(|generator| {
             let first = generator_offsets(&generator.kind).next();
             (&generator.object, first.unwrap_or_default())
         });
-        let mut meshes = BTreeMap::new();
-        let opening = scene.cameras.first().map_or(0.0, shutter_opening);
-        let mut object_facts = |(index, (object, position)): (usize, (&'a Object, DVec3))| {
+        let mut mesh_bounds = HashMap::new();
+        let all = listed.chain(generated).enumerate();
+        let objects = all.map(|(index, (object, position))| {
             let material = lookup.material(&object.material);
-            let matter = material.map_or(SurfaceKind::Opaque, |(_, material)| {
-                SurfaceKind::from_material(material)
-            });
-            let map = DAffine3::from_translation(position) * transform_at(object, opening);
-            ObjectFacts {
+            let own = object_transforms_at_ends(object).and_then(|ends| Motion::new(ends).ok());
+            let own = own.map_or_else(
+                || affine_from_steps(&object.transform),
+                |motion| motion.map_at(opening),
+            );
+            let mut facts = ObjectFacts {
+                index,
                 object,
-                subject: FindingSubject::Object(index),
                 material,
-                surface_kind: matter,
-                object_to_world: map,
-                bounds: object_bounds(&lookup, &mut meshes, object, map),
-            }
-        };
-        let objects = listed
-            .chain(generated)
-            .enumerate()
-            .map(&mut object_facts)
-            .collect();
+                surface_kind: material.map_or(SurfaceKind::Opaque, |(_, material)| {
+                    SurfaceKind::from_material(material)
+                }),
+                object_to_world: DAffine3::from_translation(position) * own,
+                bounds: None,
+                mesh: match &object.shape {
+                    Shape::Mesh(name) => lookup.meshes.index_of(name).zip(lookup.mesh_data(name)),
+                    _ => None,
+                }
+                .map(|(index, data)| (index, &**data)),
+            };
+            facts.bounds = object_bounds(&facts, facts.object_to_world, &mut mesh_bounds);
+            facts
+        });
+        let objects = objects.collect();
         let mut next = scene.objects.len() as u64;
-        let start = |kind| {
+        let starts = scene.generators.iter().map(|generator| {
             let start = next;
-            next = next.saturating_add(count_generated_objects(kind));
+            next = next.saturating_add(count_generated_objects(&generator.kind));
             start
-        };
-        let starts = scene
-            .generators
-            .iter()
-            .map(|generator| &generator.kind)
-            .map(start)
-            .collect();
+        });
         Self {
             scene,
+            settings,
             lookup,
             objects,
             bounds,
-            first_generated_indices: starts,
+            views: CameraView::list(scene, settings),
+            topologies: BTreeMap::new(),
+            overlaps: OverlapTable::default(),
+            duplicates: DuplicateObjects::default(),
+            first_generated_indices: starts.collect(),
         }
     }
 
@@ -166,38 +200,46 @@ impl<'a> SceneFacts<'a> {
     /// generated object counts singly.
     pub fn facts_index(&self, object: u32) -> usize {
         let (object, listed) = (object as usize, self.scene.objects.len());
-        if object < listed {
-            object
-        } else {
-            listed
-                + self
-                    .first_generated_indices
-                    .partition_point(|&start| start <= object as u64)
-                - 1
+        match object < listed {
+            true => object,
+            false => {
+                let starts = &self.first_generated_indices;
+                listed + starts.partition_point(|&start| start <= object as u64) - 1
+            }
         }
     }
 
-    /// Returns the mesh of an object, with its index in the scene's list of meshes.
-    pub fn mesh_of_object(&self, object: &Object) -> Option<(usize, &'a MeshData)> {
-        let Shape::Mesh(name) = &object.shape else {
-            return None;
-        };
-        Some((
-            self.lookup.meshes.index_of(name)?,
-            self.lookup.mesh_data(name)?,
-        ))
+    /// Returns the object that a ray hit.
+    pub fn object_of_hit<R: Real>(&self, hit: &Hit<R>) -> &ObjectFacts<'a> {
+        &self.objects[self.facts_index(hit.outermost_id())]
+    }
+
+    pub fn name(&self, subject: FindingSubject) -> String {
+        subject.display_name(self.scene)
+    }
+
+    pub fn object_name(&self, object: usize) -> String {
+        self.name(FindingSubject::Object(object))
+    }
+
+    /// Returns the connectivity of an object's mesh.
+    pub fn topology(&self, object: &ObjectFacts<'_>) -> Option<&Topology> {
+        self.topologies.get(&object.mesh?.0)
+    }
+
+    /// Returns the generator of an object, or `None` for a listed object.
+    pub fn generator(&self, object: usize) -> Option<&'a GeneratorKind> {
+        let generator = object.checked_sub(self.scene.objects.len())?;
+        Some(&self.scene.generators[generator].kind)
     }
 
     /// Returns the meshes in use with the objects that show them, by the index of the mesh.
     pub fn shown_meshes(&self) -> BTreeMap<usize, (&'a MeshData, Vec<&ObjectFacts<'a>>)> {
-        let mut shown: BTreeMap<usize, (&MeshData, Vec<&ObjectFacts<'_>>)> = BTreeMap::new();
-        for object_facts in &self.objects {
-            if let Some((mesh, data)) = self.mesh_of_object(object_facts.object) {
-                shown
-                    .entry(mesh)
-                    .or_insert_with(|| (data, Vec::new()))
-                    .1
-                    .push(object_facts);
+        let mut shown = BTreeMap::new();
+        for object in &self.objects {
+            if let Some((mesh, data)) = object.mesh {
+                let (_, objects) = shown.entry(mesh).or_insert((data, Vec::new()));
+                objects.push(object);
             }
         }
         shown
@@ -205,71 +247,56 @@ impl<'a> SceneFacts<'a> {
 
     /// Returns the materials in use with their indices, each once, in the order of the scene's
     /// list.
-    pub fn used_materials(&self) -> Vec<(usize, &'a Material)> {
-        let mut used: Vec<(usize, &Material)> = self
-            .objects
-            .iter()
-            .filter_map(|object_facts| object_facts.material)
-            .collect();
-        used.sort_by_key(|(index, _)| *index);
-        used.dedup_by_key(|(index, _)| *index);
-        used
-    }
-
-    /// Returns whether the scene has neither objects nor generators.
-    pub fn is_empty(&self) -> bool {
-        self.objects.is_empty()
+    pub fn used_materials(&self) -> BTreeMap<usize, &'a Material> {
+        let objects = self.objects.iter();
+        objects.filter_map(|object| object.material).collect()
     }
 
     /// Returns the longest edge of the bounding box of all bounded objects, in metres.
     pub fn largest_extent(&self) -> f64 {
-        largest_extent(&self.bounds)
+        self.extent().max_element()
     }
 
     /// Returns the diagonal of the bounding box of all bounded objects, in metres; 0 without any.
-    pub fn bounds_diagonal(&self) -> f64 {
-        if self.bounds.is_empty() {
-            0.0
-        } else {
-            self.bounds.extent().length()
+    pub fn diagonal(&self) -> f64 {
+        self.extent().length()
+    }
+
+    fn extent(&self) -> DVec3 {
+        match self.bounds.is_empty() {
+            true => DVec3::ZERO,
+            false => self.bounds.extent(),
         }
     }
-}
 
-/// Returns the longest edge of a box; 0 for an empty box.
-pub(super) fn largest_extent(bounds: &Aabb) -> f64 {
-    if bounds.is_empty() {
-        0.0
-    } else {
-        bounds.extent().max_element()
+    /// Returns the end of a remedy that double precision replaces; empty if it is chosen already.
+    pub fn or_reference(&self) -> &'static str {
+        match self.settings.precision {
+            PrecisionChoice::Robust => ", or render with --precision reference",
+            PrecisionChoice::Reference => "",
+        }
     }
-}
 
-/// Returns an object's transform at a time in [0, 1].
-fn transform_at(object: &Object, time: f64) -> DAffine3 {
-    let motion = object_transforms_at_ends(object).and_then(|ends| Motion::new(ends).ok());
-    match motion {
-        Some(motion) => motion.map_at(time),
-        None => affine_from_steps(&object.transform),
+    /// Returns the surfaces that each ray in world space hits, as far as the first opaque one.
+    pub fn trace(&self, ready: &ReadyScene, rays: Vec<Ray<f64>>) -> Vec<Vec<RayHit>> {
+        ready.run_task(&HitTask { facts: self, rays })
     }
 }
 
 /// Returns the bounding box of an object under a transform. Returns `None` if it is unbounded,
-/// empty or not finite.
-pub(super) fn object_bounds<'a>(
-    lookup: &SceneLookup<'a>,
-    meshes: &mut BTreeMap<&'a str, Aabb>,
-    object: &'a Object,
+/// empty or not finite. `meshes` holds the boxes of meshes in their own space.
+pub(super) fn object_bounds(
+    object: &ObjectFacts<'_>,
     map: DAffine3,
+    meshes: &mut HashMap<usize, Aabb>,
 ) -> Option<Aabb> {
-    let bounds = match &object.shape {
-        Shape::Mesh(name) => {
-            let data = lookup.mesh_data(name)?;
+    let bounds = match (object.mesh, &object.object.shape) {
+        (Some((mesh, data)), _) => {
             let around = || Aabb::from_points(data.positions.iter());
-            let own_bounds = meshes.entry(name.as_str()).or_insert_with(around);
-            (!own_bounds.is_empty()).then(|| transform_bounds(&map, own_bounds))
+            let own = meshes.entry(mesh).or_insert_with(around);
+            (!own.is_empty()).then(|| transform_bounds(&map, own))
         }
-        shape => match convert_shape::<f64>(shape, map)? {
+        (None, shape) => match convert_shape::<f64>(shape, map)? {
             (shape, None) => shape.bounds(),
             (shape, Some(map)) => Some(transform_bounds(&map, &shape.bounds()?)),
         },
@@ -277,19 +304,90 @@ pub(super) fn object_bounds<'a>(
     bounds.filter(|bounds| bounds.min.is_finite() && bounds.max.is_finite())
 }
 
-/// Returns a position as an array, or `None` if it is not finite.
-pub(super) fn finite_point(point: DVec3) -> Option<[f64; 3]> {
-    point.is_finite().then(|| point.to_array())
+/// A surface that a ray hits, with its outward normal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RayHit {
+    pub object: usize,
+    pub distance: f64,
+    pub position: DVec3,
+    pub normal: DVec3,
+}
+
+struct HitTask<'a> {
+    facts: &'a SceneFacts<'a>,
+    rays: Vec<Ray<f64>>,
+}
+
+impl PreparedSceneTask for HitTask<'_> {
+    type Output = Vec<Vec<RayHit>>;
+
+    fn run<R: Real>(&self, prepared: &PreparedScene<R>) -> Self::Output {
+        let trace = |ray: &Ray<f64>| {
+            let ray = stored_ray(prepared, ray.origin, ray.direction).as_camera_ray();
+            let mut found = Vec::new();
+            for hit in hits_along_ray(&prepared.geometry, &ray, Interval::positive()).take(HITS) {
+                let surface = prepared.geometry.surface(&ray, &hit);
+                let object = self.facts.object_of_hit(&hit);
+                found.push(RayHit {
+                    object: object.index,
+                    distance: hit.t.to_f64(),
+                    position: prepared.to_world(surface.point),
+                    normal: surface.normal.to_f64(),
+                });
+                if object.is_opaque() {
+                    break;
+                }
+            }
+            found
+        };
+        self.rays.par_iter().map(trace).collect()
+    }
+}
+
+/// Returns a ray in the coordinates of a prepared scene.
+pub(super) fn stored_ray<R: Real>(
+    prepared: &PreparedScene<R>,
+    from: DVec3,
+    direction: DVec3,
+) -> Ray<R> {
+    let [from, direction] = [from - prepared.origin.origin, direction].map(R::Vec3::from_f64);
+    Ray::new(from, direction)
+}
+
+/// Returns the hits of a ray within a range, by distance. Of several hits at the same distance a
+/// single one is returned.
+pub(super) fn hits_along_ray<'a, R: Real>(
+    geometry: &'a Geometry<R>,
+    ray: &'a Ray<R>,
+    mut range: Interval<R>,
+) -> impl Iterator<Item = Hit<R>> + use<'a, R> {
+    core::iter::from_fn(move || {
+        let hit = geometry.closest(ray, range, &mut ())?;
+        range.min = hit.t;
+        Some(hit)
+    })
 }
 
 /// Returns a pseudorandom number in [0, 1), a function of a seed, an index and a dimension.
-pub(super) fn unit_random(seed: u64, index: u64, selected: u64) -> f64 {
-    let bits = crate::hash::splitmix64(
-        seed ^ crate::hash::splitmix64(
-            index
-                .wrapping_mul(0x9e37_79b9)
-                .wrapping_add(crate::hash::splitmix64(selected)),
-        ),
-    );
+pub(super) fn unit_random(seed: u64, index: u64, dimension: u64) -> f64 {
+    use crate::hash::splitmix64;
+    let index = index.wrapping_mul(0x9e37_79b9);
+    let bits = splitmix64(seed ^ splitmix64(index.wrapping_add(splitmix64(dimension))));
     (bits >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Returns directions spread evenly over a cone. `lowest` is the cosine of its half angle.
+pub(super) fn directions_in_cone(
+    axis: DVec3,
+    lowest: f64,
+    count: usize,
+) -> impl Iterator<Item = DVec3> {
+    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+    let (x, y) = axis.any_orthonormal_pair();
+    (0..count).map(move |i| {
+        let z = 1.0 - (1.0 - lowest) * (i as f64 + 0.5) / count as f64;
+        let (sin, cos) = libm::sincos(GOLDEN_ANGLE * i as f64);
+        let ring = (1.0 - z * z).max(0.0).sqrt();
+        axis * z + (x * cos + y * sin) * ring
+    })
 }

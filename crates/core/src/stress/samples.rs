@@ -1,242 +1,332 @@
-//! Findings from a small picture of each camera: samples that are not finite, rays that were cut
-//! short, and lights that were not reached.
+//! A small picture of each camera, from which the checks judge samples, blackness, noise, and light
+//! that is lost where paths end at their depth limit.
 
-use std::collections::BTreeSet;
-
-use super::chance::LightByChanceNoise;
-use super::facts::{SceneFacts, finite_point};
-use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
-use super::light_survey::LightSurvey;
-use super::small_render::SmallRender;
-use super::{light_reach, lights};
-use crate::counters::SampleLoss;
+use super::*;
+use crate::counters::{Counters, SampleLoss};
+use crate::picture::Picture;
 use crate::prepare::UnreachedLight;
-use crate::scene::Triple;
-use crate::settings::Settings;
+use crate::scene::AlphaMode;
 
-/// Returns the findings about the samples of all cameras.
-pub(super) fn check_samples(
-    scene_facts: &SceneFacts<'_>,
-    pictures: &[SmallRender],
-    survey: &LightSurvey,
-    settings: &Settings,
-) -> Vec<StressFinding> {
-    let (size, sampling) = (settings.size, settings.sampling);
-    let mut findings: Vec<StressFinding> = pictures
-        .iter()
-        .flat_map(|picture| sample_loss_findings(picture, size))
-        .collect();
-    if let Some(brightest) = lights::max_emitted_radiance(scene_facts) {
-        findings.extend(
-            pictures
-                .iter()
-                .filter_map(|picture| brightness_finding(picture, brightest, size)),
-        );
-    }
-    let by_chance = LightByChanceNoise {
-        scene_facts,
-        survey,
-        samples_per_pixel: sampling.samples_per_pixel(),
-    };
-    findings.extend(unreached_light_findings(scene_facts, survey, pictures));
-    let mut of_lamps = by_chance.check_enclosed_lamps(pictures);
-    of_lamps.extend(by_chance.check_uneven_lamps(pictures));
-    let of_picture = |picture| {
-        by_chance
-            .check_picture(picture)
-            .filter(|_| of_lamps.is_empty())
-    };
-    findings.extend(pictures.iter().filter_map(of_picture));
-    findings.extend(of_lamps);
-    findings
+/// Fewest hits of lamps by chance alone from which the light of such lamps is determined.
+const FEWEST_FOUND: u64 = 40;
+/// If fewer than one path in this number of samples may hit lamps by chance alone, the light of
+/// these lamps is negligible.
+const ONE_IN: u64 = 500;
+/// Greatest radiance that counts as black, which rounding can cause at grazing angles.
+const BLACK: f32 = 1e-6;
+/// Least number of segments for which the loss at the depth limit is measured. With fewer, no path
+/// passes through glass.
+const FEWEST_SEGMENTS: u32 = 3;
+/// The longer paths have so many times as many segments, but at most `MOST_SEGMENTS`.
+const LONGER: u32 = 4;
+const MOST_SEGMENTS: u32 = 128;
+/// Reported loss of an object, as a share of its light. Where no glass is seen, paths lose light by
+/// reflections alone: the loss must exceed `REFLECTIONS` times that loss by this share.
+const LOSS: f64 = 0.2;
+const REFLECTIONS: f64 = 1.5;
+/// Loss that the advised depth may leave.
+const REST: f64 = 0.01;
+/// Least number of pixels of an object: this share of the picture, and at least so many.
+const PIXEL_SHARE: f64 = 0.005;
+const PIXELS: usize = 24;
+
+/// A small picture of a camera, with its counters.
+pub(super) struct SmallRender {
+    camera: usize,
+    /// The camera as the subject of a finding.
+    pub subject: FindingSubject,
+    picture: Picture,
+    pub counters: Counters,
+    /// The lights that reach no visible surface, with the number of their shadow rays, all blocked.
+    pub unreached: BTreeMap<FindingSubject, u64>,
+    /// Error of the picture (root relMSE), estimated from its own samples, times the root of its
+    /// samples per pixel. `None` if the samples are too few to tell.
+    error: Option<f64>,
+    pub run: CheckRun,
 }
 
-fn sample_loss_findings(picture: &SmallRender, size: [u32; 2]) -> Vec<StressFinding> {
-    let fewest = |layer: &[f32]| {
-        layer
-            .iter()
-            .enumerate()
-            .min_by(|a, b| a.1.total_cmp(b.1))
-            .map(|(pixel, _)| pixel)
-    };
-    // Where time ended it, pixels lack samples for that too.
-    let layer = picture
-        .picture
-        .layer("samples.N")
-        .filter(|_| !picture.run.is_cut_short());
-    let at = layer.and_then(|layer| fewest(&layer.samples));
-    // A pixel without an object shows the sky.
-    let objects = picture.picture.layer("object.id");
-    let is_sky = at.is_some_and(|at| objects.is_some_and(|layer| layer.samples[at] < 0.0));
-    let subject = if is_sky {
-        FindingSubject::Sky
-    } else {
-        FindingSubject::Scene
-    };
-    let finding = |loss| {
-        match loss {
-        SampleLoss::NotFinite { dropped, of: total } => StressFinding {
-            pixel: at.and_then(|pixel| picture.full_size_position(pixel, size)),
-            ..StressFinding::new(
-                FindingCode::SamplesNotFinite,
-                Severity::PictureWrong,
-                subject,
-                "samples are not finite numbers and are dropped, so that their pixels are wrong",
-                "look for numbers in materials, lights and sky that are too large or undefined, or render with --precision reference",
-            )
-            .with_count(dropped, total, "samples", "had to be dropped")
-        },
-        SampleLoss::CutShort { rays, most: maximum } => StressFinding::new(
-            FindingCode::RaysCutShort,
-            Severity::PictureWrong,
-            FindingSubject::Scene,
-            format!("rays end after {maximum} surfaces that are cut out or partly transparent, so that objects behind these surfaces are missing"),
-            "place fewer such surfaces behind each other",
-        )
-        .with_count(rays, 0, "rays", "ended there"),
-    }
-    };
-    picture.counters.sample_losses().map(finding).collect()
-}
-
-fn brightness_finding(
-    picture: &SmallRender,
-    brightest: f64,
-    size: [u32; 2],
-) -> Option<StressFinding> {
-    // A few samples of a surface that is right may well be as bright as four lights together.
-    let is_beyond = |pixel: [f32; 3]| {
-        pixel
-            .iter()
-            .any(|&channel| f64::from(channel) > 4.0 * brightest)
-    };
-    let first = picture.first_pixel_where(is_beyond)?;
-    let count = picture
-        .picture
-        .rgb
-        .iter()
-        .filter(|&&pixel| is_beyond(pixel))
-        .count();
-    let reason = "pixels are over four times as bright as the brightest light of the scene, which is noise: paths find light there too rarely";
-    let remedy = "render with more --spp, or with --clamp for less noise and less light";
-    let finding = StressFinding::new(
-        FindingCode::BrighterThanLights,
-        Severity::SlowOrNoisy,
-        FindingSubject::Scene,
-        reason,
-        remedy,
-    );
-    let total = picture.picture.rgb.len() as u64;
-    let finding = finding.with_count(count as u64, total, "pixels", "are that bright");
-    Some(StressFinding {
-        pixel: picture.full_size_position(first, size),
-        ..finding
-    })
-}
-
-/// Returns whether another check reports an unreached light: a lamp without area or in glass, or a
-/// light behind glass.
-fn is_reported_by_light_checks(
-    scene_facts: &SceneFacts<'_>,
-    survey: &LightSurvey,
-    subject: FindingSubject,
-) -> bool {
-    match subject {
-        FindingSubject::Object(index) => {
-            let mut own = survey.lamps_of_object(index).iter();
-            own.any(|lamp| {
-                let has_no_size = light_reach::sizeless_lamp_finding(scene_facts, lamp).is_some();
-                has_no_size || lamp.glass.is_some() && lamp.walks.unseen_walks().is_none()
-            })
-        }
-        FindingSubject::Light(index) => {
-            let reach = survey.lights.get(index);
-            reach.is_some_and(light_reach::is_behind_glass)
-        }
-        _ => false,
-    }
-}
-
-fn light_subject_position(scene_facts: &SceneFacts<'_>, subject: FindingSubject) -> Option<Triple> {
-    match subject {
-        FindingSubject::Light(index) => {
-            light_reach::light_position(&scene_facts.scene.lights[index].kind)
-        }
-        _ => {
-            let bounds = scene_facts.objects[subject.list_index()].bounds;
-            bounds.and_then(|bounds| finite_point(bounds.centre()))
-        }
-    }
-}
-
-/// Returns the lights that reach no visible surface, each with the number of rays that show it: the
-/// shadow rays of the pictures, or else the walks from the light.
-fn unreached_lights(
-    scene_facts: &SceneFacts<'_>,
-    survey: &LightSurvey,
-    pictures: &[SmallRender],
-) -> Vec<(FindingSubject, u64, &'static str)> {
-    const BLOCKED: &str = "towards it were blocked";
-    const UNSEEN: &str = "from the light reached no visible surface";
-    let subject_of = |unreached_light: &UnreachedLight| match *unreached_light {
-        UnreachedLight::Light { index, rays } => (FindingSubject::Light(index), rays, BLOCKED),
-        UnreachedLight::Object { index, rays } => {
-            let object = scene_facts.facts_index(index as u32);
-            (FindingSubject::Object(object), rays, BLOCKED)
-        }
-    };
-    let Some((first, others)) = pictures.split_first() else {
-        return Vec::new();
-    };
-    let unreached = |picture: &SmallRender| -> BTreeSet<FindingSubject> {
-        let lights = picture.unreached_lights.iter().map(subject_of);
-        lights.map(|(subject, ..)| subject).collect()
-    };
-    let of_others: Vec<_> = others.iter().map(unreached).collect();
-    let everywhere = |(subject, ..): &(FindingSubject, u64, &str)| {
-        of_others.iter().all(|subjects| subjects.contains(subject))
-    };
-    let by_picture = first.unreached_lights.iter().map(subject_of);
-    let mut found: Vec<_> = by_picture.filter(everywhere).collect();
-    let mut subjects: BTreeSet<_> = found.iter().map(|(subject, ..)| *subject).collect();
-    let lights = survey.lights.iter().enumerate();
-    let lights = lights.map(|(index, light)| (FindingSubject::Light(index), light.walks));
-    let lamps = survey.lamps.iter();
-    let lamps = lamps.map(|lamp| (FindingSubject::Object(lamp.object), lamp.walks));
-    for (subject, walks) in lights.chain(lamps) {
-        let Some(count) = walks.unseen_walks() else {
-            continue;
+impl SmallRender {
+    /// Renders the small picture, until it is complete or the time is over.
+    pub fn render(
+        facts: &SceneFacts<'_>,
+        ready: &ReadyScene,
+        view: &CameraView,
+        deadline: &RayDeadline<'_>,
+    ) -> Self {
+        let mut film = ready.new_film("");
+        let part = film.full_part();
+        // The film is its own, so that it can't be refused.
+        let _ = ready.render_part(&mut film, &part, deadline);
+        let counters = film.counters();
+        let samples = u64::from(ready.settings().sampling.samples_per_pixel());
+        let planned = film.size().map(u64::from).into_iter().product::<u64>() * samples;
+        let run = CheckRun {
+            name: "samples",
+            unit: "samples",
+            looked_at: match film.unfinished_pixels() {
+                0 => planned,
+                _ => counters.samples + counters.dropped,
+            },
+            planned,
         };
-        if subjects.insert(subject) {
-            found.push((subject, count, UNSEEN));
+        let unreached = |light: UnreachedLight| match light {
+            UnreachedLight::Light { index, rays } => (FindingSubject::Light(index), rays),
+            UnreachedLight::Object { index, rays } => (
+                FindingSubject::Object(facts.facts_index(index as u32)),
+                rays,
+            ),
+        };
+        let lights = ready.find_unreached_lights(&film).into_iter();
+        // Where too few paths hit lamps by chance, the error lacks their noise.
+        let lacks_hits = counters.unaided.saturating_mul(ONE_IN) > counters.samples
+            && counters.found < FEWEST_FOUND;
+        let error = film
+            .estimate_uncertainty()
+            .map(|error| error.root_relmse.value);
+        let is_known = !run.is_cut_short() && !lacks_hits;
+        Self {
+            camera: view.index,
+            subject: view.subject,
+            picture: film.picture(),
+            counters,
+            unreached: lights.map(unreached).collect(),
+            error: error
+                .filter(|error| is_known && error.is_finite())
+                .map(|error| error * (samples as f64).sqrt()),
+            run,
         }
     }
-    found
+
+    /// Returns the expected error (root relMSE) of a picture with a number of samples per pixel: the
+    /// variance falls as their inverse. `None` if the samples are too few to tell.
+    pub fn expected_error(&self, samples: f64) -> Option<f64> {
+        self.error.map(|error| error / samples.sqrt())
+    }
+
+    /// Returns whether surfaces are visible and all of them are black, unless most surfaces show some
+    /// light: then faint light reaches them.
+    pub fn is_black(&self) -> bool {
+        let brightest = |pixel: &[f32; 3]| pixel.iter().copied().fold(0.0, f32::max);
+        let mut pixels = self.picture.rgb.iter();
+        let is_dark = pixels.all(|pixel| brightest(pixel) <= BLACK);
+        let surfaces = self.surface_pixels();
+        let lit = surfaces
+            .iter()
+            .filter(|pixel| brightest(pixel) > 0.0)
+            .count();
+        let is_seen = self.counters.hits > 0 && !self.run.is_cut_short();
+        is_seen && is_dark && 2 * lit <= surfaces.len()
+    }
+
+    /// Returns the pixels that show a surface.
+    fn surface_pixels(&self) -> Vec<[f32; 3]> {
+        let objects = self.picture.layer("object.id");
+        let shows = |pixel: usize| objects.is_none_or(|layer| layer.samples[pixel] >= 0.0);
+        let pixels = self.picture.rgb.iter().enumerate();
+        pixels
+            .filter_map(|(pixel, &rgb)| shows(pixel).then_some(rgb))
+            .collect()
+    }
+
+    /// Returns the mean radiance of the pixels that show a surface, without the brightest twentieth
+    /// of them. Pixels of the sky do not count.
+    pub fn mean_radiance(&self) -> f64 {
+        let value = |pixel: [f32; 3]| f64::from(pixel.iter().sum::<f32>()) / 3.0;
+        let mut values: Vec<f64> = self.surface_pixels().into_iter().map(value).collect();
+        values.retain(|value| value.is_finite());
+        values.sort_unstable_by(f64::total_cmp);
+        values.truncate(values.len() - values.len() / 20);
+        values.iter().sum::<f64>() / values.len().max(1) as f64
+    }
+
+    /// Returns the findings about samples that are not finite, and rays that were cut short.
+    pub fn loss_findings(&self, size: [u32; 2]) -> Vec<StressFinding> {
+        // Where time ended it, pixels lack samples for that too.
+        let layer = self.picture.layer("samples.N");
+        let samples = layer.filter(|_| !self.run.is_cut_short());
+        let samples = samples
+            .into_iter()
+            .flat_map(|layer| layer.samples.iter().enumerate());
+        let fewest = samples
+            .min_by(|a, b| a.1.total_cmp(b.1))
+            .map(|(pixel, _)| pixel);
+        let position = |pixel: usize| {
+            let [width, height] =
+                [self.picture.width, self.picture.height].map(|edge| edge as usize);
+            let at = [(pixel % width, width), (pixel / width, height)];
+            let share = at.map(|(cell, total)| (cell as f64 + 0.5) / total as f64);
+            (
+                [0, 1].map(|axis| share[axis] * f64::from(size[axis])),
+                self.camera,
+            )
+        };
+        // A pixel without an object shows the sky.
+        let objects = self.picture.layer("object.id");
+        let is_sky = fewest
+            .zip(objects)
+            .is_some_and(|(at, layer)| layer.samples[at] < 0.0);
+        let finding = |loss| {
+            match loss {
+            SampleLoss::NotFinite { dropped, of: total } => {
+                let finding = FindingCode::SamplesNotFinite.finding(
+                    PictureWrong,
+                    if is_sky { FindingSubject::Sky } else { FindingSubject::Scene },
+                    "samples are not finite numbers and are dropped, so that their pixels are wrong",
+                    "look for numbers in materials, lights and sky that are too large or undefined, or render with --precision reference",
+                );
+                StressFinding {
+                    pixel: fewest.map(position),
+                    ..finding.with_count(dropped, total, "samples", "had to be dropped")
+                }
+            }
+            SampleLoss::CutShort { rays, most } => FindingCode::RaysCutShort
+                .finding(
+                    PictureWrong,
+                    FindingSubject::Scene,
+                    format!("rays end after {most} surfaces that are cut out or partly transparent, so that objects behind these surfaces are missing"),
+                    "place fewer such surfaces behind each other",
+                )
+                .with_rays(rays, 0, "ended there"),
+        }
+        };
+        self.counters.sample_losses().map(finding).collect()
+    }
 }
 
-/// Returns findings about lights that reach no visible surface of any camera.
-fn unreached_light_findings(
-    scene_facts: &SceneFacts<'_>,
-    survey: &LightSurvey,
-    pictures: &[SmallRender],
-) -> Vec<StressFinding> {
-    let finding = |(subject, rays, predicate): (FindingSubject, u64, &'static str)| {
-        if is_reported_by_light_checks(scene_facts, survey, subject) {
+impl SceneFacts<'_> {
+    /// Returns a finding if the scene has glass and its paths have fewer than three segments.
+    pub fn depth_limit_finding(&self) -> Option<StressFinding> {
+        let deepest = self.settings.max_depth;
+        let mut bodies = self.objects.iter().filter(|object| object.is_body());
+        let body = bodies.find(|_| deepest < FEWEST_SEGMENTS)?;
+        Some(FindingCode::DepthBelowGlass.wrong(
+            body.index,
+            format!("paths have at most {deepest} segments, but a path through glass needs three"),
+            "raise `render.max_depth` to 8, or render with --max-depth 8",
+        ))
+    }
+
+    /// Returns the finding about the glass object that loses the greatest share of its light where
+    /// paths end at their depth limit, with that share. The small picture is rendered again with
+    /// longer paths. Both pictures have the same samples, so that their difference is the light of
+    /// the longer paths.
+    pub fn depth_loss_finding(
+        &self,
+        ready: &mut ReadyScene,
+        view: &CameraView,
+        picture: &SmallRender,
+        deadline: &RayDeadline<'_>,
+    ) -> Option<(f64, StressFinding)> {
+        let depth = ready.settings().max_depth;
+        let is_measured =
+            ready.is_path_traced() && (FEWEST_SEGMENTS..MOST_SEGMENTS).contains(&depth);
+        if !is_measured || picture.run.is_cut_short() {
             return None;
         }
-        let reason = "this light reaches no visible surface: it is blocked, or turned away from all visible surfaces";
-        let remedy = "open or remove the object that blocks the light, or remove the light, which only adds noise";
-        // Of a generator's lamps some may well be hidden.
-        let is_one = subject.list_index() < scene_facts.scene.objects.len()
-            || matches!(subject, FindingSubject::Light(_));
-        let (code, severity) = (FindingCode::UnreachedLight, Severity::SlowOrNoisy);
-        let finding = || {
-            StressFinding::new(code, severity, subject, reason, remedy)
-                .with_count(rays, rays, "rays", predicate)
-                .with_place(light_subject_position(scene_facts, subject))
+        let glass = self.glass_pixels(ready, view);
+        if glass.iter().flatten().count() < PIXELS {
+            return None;
+        }
+        let mut render_at = |depth: u32| {
+            ready.set_max_depth(depth);
+            let picture = SmallRender::render(self, ready, view, deadline);
+            (!picture.run.is_cut_short()).then_some(picture)
         };
-        is_one.then(finding)
+        let [between, longer] = [2, LONGER].map(|times| (times * depth).min(MOST_SEGMENTS));
+        let deep = render_at(longer);
+        let worst = deep
+            .as_ref()
+            .and_then(|deep| greatest_loss(&glass, picture, deep));
+        let is_enough = worst
+            .zip(deep.as_ref())
+            .is_some_and(|((object, ..), deep)| {
+                let left = render_at(between)
+                    .and_then(|picture| mean_loss(&glass, Some(object), &picture, deep));
+                left.is_some_and(|(loss, _)| loss < REST)
+            });
+        ready.set_max_depth(depth);
+        let (object, pixels, loss) = worst?;
+        let enough = if is_enough { between } else { longer };
+        let finding = FindingCode::DepthBelowGlass.wrong(object,
+            format!(
+                "paths have at most {depth} segments, so that many end in glass or behind it: pixels that show this glass lack {:.0} % of their light",
+                100.0 * loss
+            ),
+            format!(
+                "raise `render.max_depth` to {enough}, or render with --max-depth {enough}; a path needs two segments for each pane or ball of glass, and two more if its light comes back through the same glass"
+            ),
+        );
+        let (unit, predicate) = ("pixels of a small test picture", "show this glass");
+        let mut places = glass.iter().flatten();
+        let place = places
+            .find(|(other, _)| *other == object)
+            .map(|(_, place)| *place);
+        let finding = finding
+            .with_count(pixels as u64, 0, unit, predicate)
+            .with_place(place);
+        Some((loss, finding))
+    }
+
+    /// Returns the glass object that each pixel of the small picture shows, with the position of its
+    /// surface. `None` for a pixel that shows something else.
+    fn glass_pixels(&self, ready: &ReadyScene, view: &CameraView) -> Vec<Option<(usize, DVec3)>> {
+        let is_glass = |object: usize| match self.objects[object].material {
+            Some((_, material)) => match &material.model {
+                MaterialModel::Physical(m) => m.may_transmit() && m.alpha != AlphaMode::Blend,
+                MaterialModel::Classic(_) => false,
+            },
+            None => false,
+        };
+        let rays = view.grid_rays(view.rectangle(), ready.settings().size);
+        let hits = self.trace(ready, rays).into_iter();
+        let first = hits.map(|hits| hits.first().map(|hit| (hit.object, hit.position)));
+        first
+            .map(|hit| hit.filter(|(object, _)| is_glass(*object)))
+            .collect()
+    }
+}
+
+/// Returns the object with the greatest loss, the number of its pixels, and the loss. `None` if the
+/// loss is not worth a finding.
+fn greatest_loss(
+    glass: &[Option<(usize, DVec3)>],
+    picture: &SmallRender,
+    deep: &SmallRender,
+) -> Option<(usize, usize, f64)> {
+    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+    for (object, _) in glass.iter().flatten() {
+        *counts.entry(*object).or_insert(0) += 1;
+    }
+    let elsewhere = mean_loss(glass, None, picture, deep).map_or(0.0, |(loss, _)| loss);
+    let fewest = PIXELS.max((PIXEL_SHARE * glass.len() as f64) as usize);
+    let objects = counts.into_iter().filter(|(_, count)| *count >= fewest);
+    let losses = objects.filter_map(|(object, _)| {
+        let (loss, count) = mean_loss(glass, Some(object), picture, deep)?;
+        Some((object, count, loss))
+    });
+    losses
+        .filter(|(.., loss)| *loss >= REFLECTIONS * elsewhere + LOSS)
+        .max_by(|a, b| a.2.total_cmp(&b.2))
+}
+
+/// Returns the mean over the pixels of an object (`None`: over the pixels without glass) of the
+/// share of the light that a picture lacks, and the number of pixels. Each pixel counts equally, so
+/// that a few bright samples do not decide.
+fn mean_loss(
+    glass: &[Option<(usize, DVec3)>],
+    object: Option<usize>,
+    picture: &SmallRender,
+    deep: &SmallRender,
+) -> Option<(f64, usize)> {
+    let lost = |index: usize| {
+        let [own, whole] =
+            [picture, deep].map(|of| f64::from(of.picture.rgb[index].iter().sum::<f32>()));
+        let share = (whole - own) / whole;
+        (whole > 0.0 && share.is_finite()).then(|| share.clamp(0.0, 1.0))
     };
-    let unreached = unreached_lights(scene_facts, survey, pictures);
-    unreached.into_iter().filter_map(finding).collect()
+    let of_object = glass.iter().enumerate();
+    let of_object = of_object.filter(|(_, seen)| seen.map(|(seen, _)| seen) == object);
+    let lost: Vec<f64> = of_object.filter_map(|(index, _)| lost(index)).collect();
+    let mean = lost.iter().sum::<f64>() / lost.len() as f64;
+    (!lost.is_empty()).then_some((mean, lost.len()))
 }

@@ -1,15 +1,7 @@
-//! Vertices far away from the rest of their mesh. Their triangles are spikes, or too thin for any
-//! ray to hit.
+//! Faults of single triangles of a mesh, and vertices far away from the rest of the mesh. The
+//! triangles of such vertices are spikes, or too thin for any ray to hit.
 
-use glam::DVec3;
-use rayon::prelude::*;
-
-use super::cameras::item_nearest_to_camera;
-use super::facts::{ObjectFacts, finite_point};
-use super::finding::{FindingCode, Severity, StressFinding};
-use super::numbers::{format_decimal, format_metres};
-use super::used_mesh::UsedMesh;
-use crate::scene::MeshData;
+use super::*;
 
 /// Least distance of a stray vertex from the middle of the mesh, in multiples of its reach.
 const FAR: f64 = 1e4;
@@ -28,19 +20,20 @@ pub(super) struct StrayVertices {
     /// Indices of the stray vertices, in order.
     pub vertices: Vec<u32>,
     /// Radius about the middle of the mesh that holds nearly all vertices, in the mesh's own space.
-    reach: f64,
+    pub reach: f64,
 }
 
 impl StrayVertices {
     pub fn from_mesh(data: &MeshData) -> Self {
         let count = data.positions.len();
-        if count == 0 {
+        if count < 2 {
             return Self::default();
         }
         let sample = || (0..count).step_by(count.div_ceil(SAMPLES));
+        // Of few vertices a single one may be stray.
         let quantile = |mut values: Vec<f64>, share: f64| {
             let index = (values.len() as f64 * share) as usize;
-            let index = index.min(values.len() - 1);
+            let index = index.min(values.len().saturating_sub(2));
             *values.select_nth_unstable_by(index, f64::total_cmp).1
         };
         let along = |axis: usize| sample().map(move |i| data.positions.position(i)[axis]);
@@ -51,126 +44,74 @@ impl StrayVertices {
             .into_par_iter()
             .filter(|&vertex| distance(vertex as usize) > FAR * reach)
             .collect();
-        if vertices.is_empty()
-            || reach == 0.0
-            || vertices.len() as f64 > (FEW * count as f64).max(1.0)
-        {
+        if reach == 0.0 || vertices.len() as f64 > (FEW * count as f64).max(1.0) {
             return Self::default();
         }
-        let far = |corner: &u32| vertices.binary_search(corner).is_ok();
+        let is_far = |corner: &u32| vertices.binary_search(corner).is_ok();
         // A triangle of which all corners are far out is a thing of its own.
+        let is_spike = |&triangle: &u32| {
+            let corners = data.indices[triangle as usize].iter();
+            matches!(corners.filter(|c| is_far(c)).count(), 1 | 2)
+        };
         let triangles: Vec<u32> = (0..data.indices.len() as u32)
             .into_par_iter()
-            .filter(|&triangle| {
-                let number = data.indices[triangle as usize]
-                    .iter()
-                    .filter(|c| far(c))
-                    .count();
-                number == 1 || number == 2
-            })
+            .filter(is_spike)
             .collect();
-        let mut joined: Vec<u32> = triangles
+        let corners = triangles
             .iter()
-            .flat_map(|&triangle| data.indices[triangle as usize])
-            .filter(far)
-            .collect();
-        joined.sort_unstable();
-        joined.dedup();
+            .flat_map(|&triangle| data.indices[triangle as usize]);
+        let joined: BTreeSet<u32> = corners.filter(is_far).collect();
         Self {
             triangles,
-            vertices: joined,
+            vertices: joined.into_iter().collect(),
             reach,
         }
     }
 }
 
-impl UsedMesh<'_> {
-    /// Returns a finding that names the first stray vertex. The picture is wrong if a camera has
-    /// the other ends of its triangles in view.
-    pub fn check_stray_vertices(&self, strays: &StrayVertices) -> Option<StressFinding> {
-        let (&vertex, &object_facts) = (strays.vertices.first()?, self.objects.first()?);
-        let is_seen = |point| {
-            self.views
-                .iter()
-                .any(|view| view.project_point(point).is_some())
-        };
-        let scale = object_facts
-            .object_to_world
-            .matrix3
-            .determinant()
-            .abs()
-            .cbrt();
-        // The mesh hides many of the near ends, and hardly any point far out on a spike.
-        let at = |distance: f64| {
-            let places = self.places_on_spikes(strays, object_facts, distance);
-            item_nearest_to_camera(self.views, places.into_iter())
-        };
-        let far_out = [1.0, 2.0, 0.5].into_iter().find_map(|reaches| {
-            at(reaches * strays.reach * scale).filter(|(_, place)| is_seen(*place))
-        });
-        let (triangle, place) = far_out.or_else(|| at(0.0))?;
-        let (severity, end) = match is_seen(place) {
-            true => (Severity::PictureWrong, ""),
-            false => (Severity::Harmless, "; no camera has it in view"),
-        };
-        let [x, y, z] = self
-            .vertex_position(object_facts, vertex)
-            .to_array()
-            .map(format_decimal);
-        let (named, what) = match strays.vertices.len() {
-            1 => (format!("vertex {vertex} is"), "it"),
-            more => (format!("vertex {vertex} and {} more are", more - 1), "them"),
-        };
-        let reason = format!(
-            "{named} far out, at ({x}, {y}, {z}) metres, while nearly all others are within {} of the middle of the mesh: the triangles that reach to {what} are spikes, or too thin for any ray to hit{end}",
-            format_metres(strays.reach * scale)
-        );
-        let remedy = format!(
-            "in the modelling program, move {what} to the rest of the mesh, or remove {what}: probably a coordinate has lost its decimal point, or was not set"
-        );
-        let (code, subject) = (FindingCode::StrayVertices, object_facts.subject);
-        let finding = StressFinding::new(code, severity, subject, reason, remedy)
-            .with_count(
-                strays.triangles.len() as u64,
-                self.triangle_count(),
-                "triangles",
-                "reach to such a vertex",
-            )
-            .with_primitive(triangle);
-        Some(finding.with_place(finite_point(place)))
-    }
+/// Faulty triangles of a mesh.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TriangleFaults {
+    /// Triangles without area. Triangles that reach to stray vertices are not counted.
+    pub degenerate: CountAndFirst,
+    /// Triangles whose three vertex normals point to the opposite side.
+    pub opposed_normals: CountAndFirst,
+    pub strays: StrayVertices,
+}
 
-    /// Returns the stray triangles, each with points at a distance in metres from the corners that
-    /// are not stray, towards its stray vertex.
-    fn places_on_spikes(
-        &self,
-        strays: &StrayVertices,
-        object_facts: &ObjectFacts<'_>,
-        distance: f64,
-    ) -> Vec<(u32, DVec3)> {
-        let is_stray = |corner: &u32| strays.vertices.binary_search(corner).is_ok();
-        let at = |corner: u32| self.vertex_position(object_facts, corner);
-        let of_triangle = |&triangle: &u32| {
-            let corners = self.data.indices[triangle as usize];
-            let tip = corners
-                .into_iter()
-                .find(is_stray)
-                .map(at)
-                .unwrap_or_default();
-            let near = corners.into_iter().filter(move |corner| !is_stray(corner));
-            near.map(move |corner| {
-                let start = at(corner);
-                (
-                    triangle,
-                    start + (tip - start).normalize_or_zero() * distance,
-                )
-            })
+impl TriangleFaults {
+    pub fn from_mesh(data: &MeshData) -> Self {
+        let strays = StrayVertices::from_mesh(data);
+        // Whether a faulty triangle has an area.
+        let fault = |index: u32| {
+            if strays.triangles.binary_search(&index).is_ok() {
+                return None;
+            }
+            let corners = data.indices[index as usize].map(|corner| corner as usize);
+            let [a, b, c] = corners.map(|corner| data.positions.position(corner));
+            let normal = (b - a).cross(c - a);
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            // As validation judges single triangles: edges whose angle has no sine.
+            let is_flat =
+                a == b || b == c || c == a || normal.length() <= 1e-12 * longest * longest;
+            let is_opposed = || {
+                corners.iter().all(|&corner| {
+                    let own = data.normals.get(corner);
+                    own.is_some_and(|n| DVec3::from(n.map(f64::from)).dot(normal) < 0.0)
+                })
+            };
+            (is_flat || is_opposed()).then_some((index, !is_flat))
         };
-        strays.triangles.iter().flat_map(of_triangle).collect()
-    }
-
-    fn vertex_position(&self, object_facts: &ObjectFacts<'_>, vertex: u32) -> DVec3 {
-        let position = self.data.positions.position(vertex as usize);
-        object_facts.object_to_world.transform_point3(position)
+        let triangles = (0..data.indices.len() as u32).into_par_iter();
+        let faults: Vec<(u32, bool)> = triangles.filter_map(fault).collect();
+        let of = |has_area: bool| {
+            let own = faults.iter().filter(|(_, own)| *own == has_area);
+            own.map(|(index, _)| *index).collect()
+        };
+        Self {
+            degenerate: of(false),
+            opposed_normals: of(true),
+            strays,
+        }
     }
 }

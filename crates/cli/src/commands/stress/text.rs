@@ -28,34 +28,25 @@ impl StressText<'_> {
     /// checks.
     pub fn format_report(&self, seconds: f64) -> String {
         let (name, report) = (mask_to_one_line(&self.loaded.source.name), self.report);
-        let mut text = format!(
-            "{}\n",
-            wrap_paragraph(&format!("{name}: {}", self.summarise()))
-        );
-        for severity in Severity::ALL {
-            let of = report
-                .findings
-                .iter()
-                .enumerate()
-                .filter(|(_, found)| found.severity == severity);
-            for (position, (index, found)) in of.enumerate() {
-                if position == 0 {
-                    text += &format!("\n{}\n", severity.description());
-                }
-                text += &self.format_finding(index + 1, found);
+        let mut text = wrap_paragraph(&format!("{name}: {}", self.summarise())) + "\n";
+        let mut severity = None;
+        for (index, found) in report.findings.iter().enumerate() {
+            if severity.replace(found.severity) != Some(found.severity) {
+                text += &format!("\n{}\n", found.severity.description());
             }
+            text += &self.format_finding(index + 1, found);
         }
-        if report.left_out > 0 {
-            let more = count_with_unit(report.left_out as u64, "findings");
-            text += &format!(
-                "\n{}\n",
-                wrap_paragraph(&format!("and {more} more of the same kinds"))
-            );
+        let more = count_with_unit(report.left_out as u64, "findings");
+        let more = format!("and {more} more of the same kinds");
+        let paragraphs = [
+            (report.left_out > 0).then_some(more),
+            self.describe_picture_marks(),
+            Some(describe_checks(report, seconds)),
+        ];
+        for paragraph in paragraphs.iter().flatten() {
+            text += &format!("\n{}\n", wrap_paragraph(paragraph));
         }
-        if let Some(marked) = self.describe_picture_marks() {
-            text += &format!("\n{}\n", wrap_paragraph(&marked));
-        }
-        text + &format!("\n{}\n", wrap_paragraph(&describe_checks(report, seconds)))
+        text
     }
 
     /// Returns the number of findings, the worst severity and the number of reading warnings.
@@ -95,53 +86,50 @@ impl StressText<'_> {
         }
     }
 
-    /// Returns the text of a finding: subject and code, place, reason, count and remedy.
+    /// Returns the text of a finding: subject and code, place, reason, count and remedy. One that is
+    /// harmless takes a line with its count, unless `-v` asks for more.
     fn format_finding(&self, number: usize, found: &StressFinding) -> String {
         const INDENT: usize = 6;
         let room = console::line_width().unwrap_or(usize::MAX);
-        let head = format!("{} - {}", self.format_subjects(found), found.code.name());
-        let mut text = format!(
-            "{number:>4}  {}\n",
-            wrap_text(&mask_to_one_line(&head), INDENT, room)
-        );
-        let lines = [
-            self.format_location(found),
-            found.reason.clone(),
-            found.count_text().unwrap_or_default(),
-            format!("do: {}", found.remedy),
-        ];
-        for line in lines.iter().filter(|line| !line.is_empty()) {
-            text += &format!(
-                "{:INDENT$}{}\n",
-                "",
-                wrap_text(&mask_to_one_line(line), INDENT, room)
-            );
+        let mut lines = vec![format!(
+            "{} - {}",
+            self.format_subjects(found),
+            found.code.name()
+        )];
+        let count = found.count_text().unwrap_or_default();
+        if found.severity < Severity::Harmless || self.verbosity == Verbosity::Verbose {
+            let (place, reason) = (self.format_location(found), found.reason.clone());
+            lines.extend([place, reason, count, format!("do: {}", found.remedy)]);
+        } else if !count.is_empty() {
+            lines[0] += &format!(": {count}");
         }
-        text
+        let lines = lines.iter().filter(|line| !line.is_empty());
+        let wrapped = lines.map(|line| wrap_text(&mask_to_one_line(line), INDENT, room));
+        let text = wrapped
+            .collect::<Vec<_>>()
+            .join(&format!("\n{:INDENT$}", ""));
+        format!("{number:>4}  {text}\n")
     }
 
     /// Returns the place of a finding: in the file, in the mesh, in the world and in the picture.
     fn format_location(&self, found: &StressFinding) -> String {
         let path = found.subject.scene_path(&self.loaded.scene);
-        let mut places = Vec::new();
-        if !path.is_empty() {
-            places.push(self.loaded.source.format_value_position(&path));
-        }
-        places.extend(
-            found
-                .primitive
-                .map(|primitive| format!("triangle {primitive}")),
-        );
-        places.extend(found.place.map(format_position));
-        places.extend(match (found.place, found.pixel) {
+        let in_file = || self.loaded.source.format_value_position(&path);
+        let pixel = match (found.place, found.pixel) {
             (_, Some(([x, y], 0))) => Some(format!("pixel {x:.0},{y:.0}")),
             (_, Some(([x, y], camera))) => {
                 Some(format!("pixel {x:.0},{y:.0} of cameras[{camera}]"))
             }
             (Some(_), None) => Some("seen by no camera".to_owned()),
             (None, None) => None,
-        });
-        places.join(", ")
+        };
+        let places = [
+            (!path.is_empty()).then(in_file),
+            found.primitive.map(|index| format!("triangle {index}")),
+            found.place.map(format_position),
+            pixel,
+        ];
+        places.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 
     /// Returns a sentence about the picture: findings without a mark, and overlapping marks. `None`
@@ -193,16 +181,14 @@ fn describe_checks(report: &StressSummary, seconds: f64) -> String {
             false => format!("{what} ({})", run.looked_at),
         }
     };
-    // Where there is nothing to aim at or to measure, nothing is said.
-    let checks = report.checks.iter().filter(|run| run.planned > 0);
-    let checks: Vec<String> = checks.map(run).collect();
     let mut message = format!(
         "checked in {}: meshes, images, materials, lights",
         raywright_io::report::format_duration(seconds)
     );
-    checks
-        .iter()
-        .for_each(|check| message += &format!(", {check}"));
+    // Where there is nothing to measure, nothing is said.
+    for check in report.checks.iter().filter(|run| run.planned > 0) {
+        message += &format!(", {}", run(check));
+    }
     let [through, total] = report.cameras;
     if through == 0 {
         message += "; no rays were traced";
