@@ -23,18 +23,23 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod black;
 mod bodies;
 mod cameras;
 mod coplanar;
 mod duplicates;
+mod faces;
 mod facts;
 mod finding;
+mod light_noise;
 mod light_survey;
+mod light_tracer;
 mod lights;
 mod materials;
 mod meshes;
 mod overlaps;
 mod ray_survey;
+mod rays;
 mod samples;
 mod session;
 mod sky;

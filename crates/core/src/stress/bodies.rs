@@ -37,14 +37,19 @@ fn sunk_glass_remedy(other: &str) -> String {
 }
 
 impl SceneFacts<'_> {
-    /// Returns the findings about bodies and surfaces.
-    pub fn check_bodies(&self, survey: &RaySurvey) -> Vec<StressFinding> {
+    /// Returns the findings about bodies and surfaces. `gaps` holds the pairs whose closed gap is told.
+    pub fn check_bodies(
+        &self,
+        survey: &RaySurvey,
+        gaps: &BTreeSet<[usize; 2]>,
+    ) -> Vec<StressFinding> {
         let events = survey.events.iter();
         let of_event = |(&event, at): (&RayEvent, &Sighting)| match event {
             RayEvent::Unbalanced(object) => self.open_body_finding(survey, object, at),
             RayEvent::FirstHit(object) => self
                 .hidden_side_finding(object, at)
                 .or_else(|| self.thin_glass_finding(object, at)),
+            RayEvent::ContactLost(pair) if gaps.contains(&sorted(pair)) => None,
             RayEvent::ContactLost(pair) => self.lost_contact_finding(survey, pair, at),
             RayEvent::Coincident(pair) => self.flicker_finding(survey, pair, at),
             RayEvent::TwinShadow(pair) => self.twin_shadow_finding(survey, pair, at),
@@ -465,6 +470,11 @@ impl SceneFacts<'_> {
         let code = FindingCode::LightThroughCover;
         Some(code.finding(PictureWrong, lamp, reason, remedy))
     }
+}
+
+/// Returns a pair of objects in the order of the scene.
+pub(super) fn sorted([a, b]: [usize; 2]) -> [usize; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// Returns whether two objects are seen in turns, by the numbers of rays that hit each in the place

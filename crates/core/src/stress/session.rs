@@ -1,8 +1,10 @@
 //! Order of all checks of a scene: its data, then rays and samples of each camera, then the
 //! findings from both.
 
-use super::light_survey::{LightSurvey, LightSurveyTask};
-use super::ray_survey::RaySurveyTask;
+use super::bodies::sorted;
+use super::light_survey::LightSurvey;
+use super::light_tracer::LightSurveyTask;
+use super::rays::RaySurveyTask;
 use super::samples::SmallRender;
 use super::*;
 use crate::dispatch::{find_collapsed_objects, measure_scene_extent, prepare};
@@ -26,6 +28,8 @@ struct CameraResults {
     depth_losses: Vec<(f64, StressFinding)>,
     /// Pairs of an emissive object and the cover through which it shines.
     leaks: BTreeSet<[usize; 2]>,
+    /// Pairs of objects with a closed gap between them.
+    gaps: BTreeSet<[usize; 2]>,
     findings: Vec<StressFinding>,
 }
 
@@ -115,19 +119,17 @@ impl CameraResults {
         let loss = facts.depth_loss_finding(ready, view, &picture, deadline);
         self.depth_losses.extend(loss);
         self.pictures.push(picture);
-        let leaks = ready.find_light_leaks();
-        self.leaks.extend(
-            leaks
-                .iter()
-                .filter_map(|leak| match facts.leak_subjects(leak) {
-                    (FindingSubject::Object(lamp), cover) => {
-                        Some([lamp.min(cover), lamp.max(cover)])
-                    }
-                    _ => None,
-                }),
-        );
-        self.findings
-            .extend(facts.gap_findings(&ready.find_unresolved_gaps()));
+        let (gaps, leaks) = (ready.find_unresolved_gaps(), ready.find_light_leaks());
+        for leak in &leaks {
+            if let (FindingSubject::Object(lamp), cover) = facts.leak_subjects(leak) {
+                self.leaks.insert(sorted([lamp, cover]));
+            }
+        }
+        for gap in &gaps {
+            let pair = [gap.object, gap.other].map(|object| facts.facts_index(object as u32));
+            self.gaps.insert(sorted(pair));
+        }
+        self.findings.extend(facts.gap_findings(&gaps));
         self.findings
             .extend(leaks.iter().filter_map(|leak| facts.leak_finding(leak)));
     }
@@ -172,7 +174,7 @@ impl CameraResults {
             facts.check_storage(ready, &survey),
             facts.check_meshes(&survey),
             facts.check_duplicates(&survey),
-            facts.check_bodies(&survey),
+            facts.check_bodies(&survey, &self.gaps),
             facts.check_overlaps(&survey, is_told),
             facts.not_number_findings(&survey),
             facts.check_textures(),
