@@ -2,10 +2,11 @@
 """Follows the advice of `raywright accuracy`: every setting that it names is rendered whole with other seeds and compared with the truth.
 
     python -m venv venv && venv/bin/pip install numpy OpenEXR
-    venv/bin/python benches/advice.py target/release/raywright FOLDER SCENE[@SPP][@WxH].. [--budgets 20s,60s] [--seeds 3] [--truth 4096]
+    venv/bin/python benches/advice.py target/release/raywright FOLDER SCENE[@SPP][@WxH].. [--budgets 20s,60s] [--seeds 3] [--truth 4096] [--rows 64]
 
 For each scene and budget: the setting in use, and each setting of the first sentence, with the error that was printed, its interval, the true
 error (root of the mean relMSE of renders with other seeds), CPU time of rendering printed and measured, and how much light the setting changes.
+With --rows N each row of the report whose error is known is rendered, up to N samples a pixel.
 Truths stay in FOLDER: two renders of half of the samples each on the rungs of the report's reference, so that what a picture differs from the
 one by, times what it differs from the other by, is free of their noise.
 """
@@ -56,10 +57,18 @@ def follow(a, spec, budget):
         advice = report['answer'][key]
         if advice and advice['flags'] not in [rungs for _, rungs, _ in advised]:
             advised.append((kind, advice['flags'], advice['measured']))
+    rows = [('rung', [rung['flag']], rung['measured']) for ladder in report['ladders'] for rung in ladder['rungs'] if rung['flag']]
+    rows += [('front', row['flags'], row['measured']) for row in report['frontier'] + report['combinations']]
+    unknown = 0
+    for kind, rungs, told in rows:
+        samples = next((int(rung.split('=')[1]) for rung in rungs if rung.startswith('--rung samples=')), int(spp or 64))
+        if not told or samples > a.rows or rungs in [other for _, other, _ in advised]: continue
+        if not told['errors']['root_relmse']['known']: unknown += 1; continue
+        advised.append((kind, rungs, told))
     errors, lights, times = ([[] for _ in advised] for _ in range(3))
     # In turns: a machine's speed changes, and short renders say little of it.
     turns = 0
-    while turns < a.seeds or turns < 9 and sum(map(sum, times)) < 3:
+    while turns < a.seeds:
         for at, (kind, rungs, told) in enumerate(advised):
             scratch = a.folder / 'scratch.exr'
             subprocess.run([a.program, 'render', *base, *flags(joined(own_rungs(spp), rungs)), '--seed', str(7000 + turns), '-o', scratch, '--stats', a.folder / 'stats.json', '-q'], check=True)
@@ -69,23 +78,24 @@ def follow(a, spec, budget):
             errors[at].append(((picture - one) * (picture - other) * weight).mean())
             lights[at].append(picture.sum() / ((one + other) / 2).sum() - 1)
         turns += 1
+    held = []
     for at, (kind, rungs, told) in enumerate(advised):
         true, true_time, light = np.sqrt(max(np.mean(errors[at]), 0)), np.median(times[at]), np.mean(lights[at])
         true_ratio = np.median(np.divide(times[at], times[0]))
         error, seconds = told['errors']['root_relmse'], told['seconds']
         value, low, high = (error[k] for k in ('value', 'low', 'high'))
         ratio = told['ratio']
+        held.append(low <= true <= high)
         print(f"| {name} | {budget} | {kind} | {' '.join(rungs).replace('--rung ', '') or 'as it is'} | {value:.4f} ({low:.4f} to {high:.4f}) | {true:.4f} | "
               f"{'yes' if low <= true <= high else 'NO'} | {value / true - 1:+.0%} | {seconds['value']:.2f} / {true_time:.2f} | "
               f"{ratio['value'] or 1:.2f} ({ratio['low'] or 1:.2f} to {ratio['high'] or 1:.2f}) / {true_ratio:.2f} | {light:+.2%} |", flush=True)
     settings = sum(rung['measured'] is not None for ladder in report['ladders'] for rung in ladder['rungs']) + len(report['combinations'])
-    needs = [report['answer'][key] for key in ('half_needs', 'same_needs')]
-    needs = ', '.join(f'{kind} may need {need:.0f} s' for kind, need in zip(('half', 'same'), needs) if need)
-    print(f"| {name} | {budget} | | {settings} settings, {report['tiles']['measured']} of {report['tiles']['all']} tiles, {wall:.1f} s{'; ' + needs if needs else ''} |", flush=True)
+    print(f"| {name} | {budget} | | {settings} settings, {report['tiles']['measured']} of {report['tiles']['all']} tiles, {wall:.1f} s; "
+          f"{sum(held)} of {len(held)} rows hold, {unknown} not known{', needs %.0f s' % report['needs'] if report['needs'] else ''} |", flush=True)
 
 if __name__ == '__main__':
     p = argparse.ArgumentParser(); p.add_argument('program'); p.add_argument('folder', type=pathlib.Path); p.add_argument('scenes', nargs='+')
-    p.add_argument('--budgets', default='20s,60s'); p.add_argument('--seeds', type=int, default=3); p.add_argument('--truth', type=int, default=4096); a = p.parse_args()
+    p.add_argument('--budgets', default='20s,60s'); p.add_argument('--seeds', type=int, default=3); p.add_argument('--truth', type=int, default=4096); p.add_argument('--rows', type=int, default=0); a = p.parse_args()
     a.folder.mkdir(parents=True, exist_ok=True)
     print('| scene | budget | what | setting | error told | true | holds | off by | CPU s told / true | x in use told / true | light |\n|---|---|---|---|---|---|---|---|---|---|---|')
     for scene in a.scenes:

@@ -13,9 +13,9 @@ use super::{names, values};
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-A setting that trades accuracy for time is a ladder, and each of its quality levels is a rung. Each rung that applies to the scene is rendered in turn, on tiles of \
-the full-size picture, and compared with a reference picture: double precision (f64), every ladder on its most exact rung, at least four times the samples. \
-The error of the reference itself is stated and subtracted. Times are CPU seconds of all threads, without preparation.
+A setting that trades accuracy for time is a ladder, and each of its quality levels is a rung. Each rung that applies to the scene is rendered in turn, at the \
+full size, and compared with a reference picture: double precision (f64), every ladder on its most exact rung. Errors of noise are those that whole pictures state, \
+as by `render`. Times are CPU seconds of all threads, without preparation.
 
 Examples:
   raywright accuracy                                    The default preset, a table
@@ -49,8 +49,7 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Largest number of renders of each setting, each with other random numbers; reached only if
-    /// all tiles of the picture are measured and time is left
+    /// Largest number of rounds, each with other random numbers; reached only if time is left
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
     pub rounds: u32,
 

@@ -7,7 +7,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::ProgressListener;
-use super::renderer::{ClockFunction, SettingRenderer, TimedRender, UnfinishedRender};
+use super::renderer::{ClockFunction, SettingRenderer, TimedPicture, UnfinishedRender};
 use crate::bench::SampleQuantiles;
 use crate::bench::clock::{Stopwatch, time_on_process};
 use crate::display::Display;
@@ -180,7 +180,7 @@ impl EffectBench<'_> {
         &self,
         settings: &Settings,
         round: u64,
-    ) -> Result<TimedRender, UnfinishedRender> {
+    ) -> Result<TimedPicture, UnfinishedRender> {
         let settings = Settings {
             seed: settings.seed.wrapping_add(round),
             ..settings.clone()
@@ -191,7 +191,7 @@ impl EffectBench<'_> {
             self.observer,
             (self.stopwatch, self.now),
         );
-        renderer.prepare_and_render(self.scene, &settings, self.start + self.budget)
+        renderer.render_picture(self.scene, &settings, self.start + self.budget)
     }
 
     /// Returns the picture size in pixels, at most the scene's, for the renders of this number of
@@ -232,8 +232,8 @@ impl EffectBench<'_> {
     fn summarise_effect_cost(
         &self,
         effect: Effect,
-        with: &[TimedRender],
-        without: &[TimedRender],
+        with: &[TimedPicture],
+        without: &[TimedPicture],
     ) -> EffectCost {
         let seconds: Vec<f64> = without.iter().map(|take| take.seconds).collect();
         let ratios: Vec<f64> = with

@@ -1,21 +1,19 @@
-//! Estimated errors of a rendered tile. The reference, with which the tile is compared, has noise
-//! too; its variance is subtracted from the squared errors. Errors are divided into noise and bias.
-//! Noise falls with more samples, bias does not.
+//! Estimates with their confidence intervals, from sums over tiles.
 
 use serde::Serialize;
 
-use crate::display::Display;
-use crate::film::PixelMeanAndVariance;
-use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, RELATIVE_FLOOR, flip};
-use crate::picture::Picture;
+use crate::metrics::student_factor_95;
 
-/// Edge in pixels of the square blocks of a tile over which errors are summed. The sums of
-/// different blocks count as statistically independent.
-pub(super) const BLOCK: usize = 8;
+/// Greatest ratio of the two ends of an interval whose value counts as known.
+const WIDEST: f64 = 3.0;
+
+/// Half width of the 95 % interval of a normal number, in standard errors.
+pub(super) const NORMAL: f64 = 1.96;
 
 /// Estimated value of a measured quantity, with its confidence interval of about 95 %. The error of
 /// a single render has its own type, [`ErrorEstimate`](crate::film::ErrorEstimate).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(into = "ReportedInterval")]
 pub struct ConfidenceInterval {
     /// Estimated value.
     pub value: f64,
@@ -25,7 +23,35 @@ pub struct ConfidenceInterval {
     pub high: f64,
 }
 
+/// An interval as files report it.
+#[derive(Serialize)]
+struct ReportedInterval {
+    value: f64,
+    low: f64,
+    high: f64,
+    known: bool,
+}
+
+impl From<ConfidenceInterval> for ReportedInterval {
+    fn from(interval: ConfidenceInterval) -> Self {
+        let ConfidenceInterval { value, low, high } = interval;
+        Self {
+            value,
+            low,
+            high,
+            known: interval.is_known(),
+        }
+    }
+}
+
 impl ConfidenceInterval {
+    /// Interval of a value of which nothing is known.
+    pub const UNKNOWN: Self = Self {
+        value: f64::NAN,
+        low: 0.0,
+        high: f64::INFINITY,
+    };
+
     /// Returns the interval of a number without uncertainty.
     pub fn from_exact(value: f64) -> Self {
         Self {
@@ -35,9 +61,27 @@ impl ConfidenceInterval {
         }
     }
 
+    /// Returns the interval of a positive value whose logarithm has the standard error `sigma`.
+    pub(super) fn from_logarithm(value: f64, sigma: f64) -> Self {
+        let spread = libm::exp(NORMAL * sigma);
+        Self {
+            value,
+            low: value / spread,
+            high: value * spread,
+        }
+    }
+
     /// Whether the interval contains zero. The value may then be noise alone.
     pub fn includes_zero(&self) -> bool {
         self.low <= 0.0
+    }
+
+    /// Whether the ends differ by at most a factor of three. An interval that begins at zero is a
+    /// bound, which is known if it is finite.
+    pub fn is_known(&self) -> bool {
+        self.value.is_finite()
+            && self.high.is_finite()
+            && (self.includes_zero() || self.high <= WIDEST * self.low)
     }
 
     /// Returns the interval after applying a non-decreasing function to the value and to both ends.
@@ -50,70 +94,47 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the interval of a positive value with the uncertainty `error`. Its ends are the
-    /// value divided and multiplied by exp(`error`/`value`). The interval is wider above the value
-    /// than below it, like the distribution of a sum with a few dominant terms.
-    pub(super) fn from_relative_error(value: f64, error: f64) -> Self {
-        let spread = libm::exp(error / value);
-        Self {
-            value,
-            low: value / spread,
-            high: value * spread,
+    /// Returns the standard error of the logarithm of a positive value; infinite if the interval
+    /// begins at zero.
+    pub(super) fn logarithmic_error(&self) -> f64 {
+        if self.high == self.low {
+            return 0.0;
         }
+        libm::log(self.high / self.low.max(0.0)) / (2.0 * NORMAL)
     }
 
-    /// Returns an interval from zero to the value plus its uncertainty `error`, for a value that
-    /// may be noise alone.
-    pub(super) fn from_value_within_noise(value: f64, error: f64) -> Self {
-        let high = value.max(0.0) + error;
-        Self {
-            value: value.max(0.0),
-            low: 0.0,
-            high: if high.is_nan() { f64::INFINITY } else { high },
-        }
-    }
-
-    /// Returns the interval of this value divided by `other`. The uncertainties of the two values
-    /// are independent.
-    pub(super) fn divide(&self, other: &Self) -> Self {
-        let value = self.value / other.value;
+    /// Returns the product of two positive values whose uncertainties are independent.
+    pub(super) fn multiply(&self, other: &Self) -> Self {
+        let value = self.value * other.value;
         if self.includes_zero() || other.includes_zero() {
             return Self {
                 value,
-                low: self.low / other.high,
-                high: self.high / other.low,
-            };
-        }
-        let spread = libm::exp(libm::hypot(
-            libm::log(self.high / self.value),
-            libm::log(other.high / other.value),
-        ));
-        Self {
-            value,
-            low: value / spread,
-            high: value * spread,
-        }
-    }
-
-    /// Returns the interval of this value multiplied by a positive `other`. The uncertainties of
-    /// the two values are independent.
-    pub(super) fn multiply(&self, other: &Self) -> Self {
-        if other.low == other.high || self.value <= 0.0 {
-            return Self {
-                value: self.value * other.value,
                 low: self.low * other.low,
                 high: self.high * other.high,
             };
         }
-        let far = |own: f64, value: f64, other: f64, middle: f64| {
-            libm::hypot(libm::log(own / value), libm::log(other / middle))
-        };
-        let value = self.value * other.value;
-        let low = value * libm::exp(-far(self.low, self.value, other.low, other.value));
+        let sigma = libm::hypot(self.logarithmic_error(), other.logarithmic_error());
+        Self::from_logarithm(value, sigma)
+    }
+
+    /// Returns the ratio of two positive values whose uncertainties are independent.
+    pub(super) fn divide(&self, other: &Self) -> Self {
+        self.multiply(&Self {
+            value: 1.0 / other.value,
+            low: 1.0 / other.high,
+            high: 1.0 / other.low,
+        })
+    }
+
+    /// Returns the sum of two values of at least zero whose uncertainties are independent.
+    pub(super) fn add(&self, other: &Self) -> Self {
+        let value = self.value + other.value;
+        let below = libm::hypot(self.value - self.low, other.value - other.low);
+        let above = libm::hypot(self.high - self.value, other.high - other.value);
         Self {
             value,
-            low,
-            high: value * libm::exp(far(self.high, self.value, other.high, other.value)),
+            low: (value - below).max(self.low.max(other.low)),
+            high: value + above,
         }
     }
 
@@ -124,18 +145,16 @@ impl ConfidenceInterval {
     }
 }
 
-/// Errors of a setting over the whole picture: differences in linear radiance from the reference,
-/// averaged over pixels and channels.
+/// Errors of a setting over the whole picture: differences in linear radiance from the exact
+/// picture, averaged over pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(into = "RootErrors")]
 pub struct SettingErrors {
-    /// Root mean squared error; the reference's variance is subtracted.
+    /// Root mean squared error.
     pub rmse: ConfidenceInterval,
-    /// Mean of (I − R)² / (R² + 0.01) for picture I and reference R; the reference's variance is
-    /// subtracted.
+    /// Mean of (I − R)² / (R² + 0.01) for picture I and exact picture R.
     pub relmse: ConfidenceInterval,
-    /// Part of `relmse` that more samples do not reduce. `None` if it is unknown because the
-    /// setting was rendered only once.
+    /// Part of `relmse` that more samples do not reduce. `None` if it is unknown.
     pub bias: Option<ConfidenceInterval>,
     /// Ratio of the summed radiance of the picture to that of the reference.
     pub light: ConfidenceInterval,
@@ -161,199 +180,77 @@ impl From<SettingErrors> for RootErrors {
     }
 }
 
-/// The reference in one tile: mean radiances, their variances, and display values.
-#[derive(Clone, Debug)]
-pub(super) struct ReferenceTile {
-    /// Mean radiance of each pixel.
-    pub picture: Picture,
-    /// Variance of the mean radiance, for each pixel and channel.
-    variance: Vec<[f64; 3]>,
-    /// Mean radiance converted to display values, for FLIP.
-    display_picture: Picture,
-    /// Variance of the tile's sum of relative squared errors that is due to the noise of the
-    /// reference.
-    pub error_variance: f64,
+/// Returns the ratio of two sums over tiles, numerator and denominator of each tile given. The
+/// differences between tiles give its interval. With a single tile the ratio has no interval, and
+/// is unknown unless both sums are equal or zero.
+pub(super) fn ratio_of_sums(tiles: &[[f64; 2]]) -> ConfidenceInterval {
+    let [above, below] = [0, 1].map(|i| tiles.iter().map(|tile| tile[i]).sum::<f64>());
+    let ratio = above / below;
+    let residuals = tiles.iter().map(|tile| tile[0] - ratio * tile[1]);
+    let squares: Vec<f64> = residuals.map(|residual| residual * residual).collect();
+    let sum: f64 = squares.iter().sum();
+    if above == below || above == 0.0 {
+        return ConfidenceInterval::from_exact(if above == below { 1.0 } else { 0.0 });
+    }
+    if !(ratio.is_finite() && ratio > 0.0) {
+        return ConfidenceInterval::UNKNOWN;
+    }
+    if sum <= (1e-6 * above).powi(2) && tiles.len() > 1 {
+        return ConfidenceInterval::from_exact(ratio);
+    }
+    let count = tiles.len() as f64;
+    let error = (sum * count / (count - 1.0)).sqrt() / above;
+    ConfidenceInterval::from_logarithm(ratio, error * widening(&squares))
 }
 
-/// Errors of a setting in one tile. Each vector holds a sum per block of 8 × 8 pixels; the other
-/// fields are sums over the tile.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct TileErrors {
-    /// Relative squared errors, averaged over channels, summed over each block.
-    pub relative: Vec<f64>,
-    /// Squared errors in linear radiance, averaged over channels, summed over each block.
-    pub squared: Vec<f64>,
-    /// Squared bias, summed over each block and already contained in `relative`. It is the error
-    /// that renders with different random numbers have in common. Empty for a single render with
-    /// random numbers.
-    pub bias: Vec<f64>,
-    /// Sum of the radiance over pixels and channels, averaged over renders.
-    pub light: f64,
-    /// Sum of the FLIP differences of the first render.
-    pub flip: f64,
-    /// Squared and relative squared difference from renders of a second setting with the same
-    /// random numbers, summed over pixels. Zero without a second setting.
-    pub paired_difference: [f64; 2],
-}
-
-impl ReferenceTile {
-    /// Builds the tile from the mean radiance and its variance for each pixel, row by row.
-    pub fn new(
-        [width, height]: [u32; 2],
-        means: &[PixelMeanAndVariance],
-        display: Display,
-    ) -> Self {
-        let rgb = means
-            .iter()
-            .map(|[mean, _]| mean.map(|m| m as f32))
-            .collect();
-        let picture = Picture {
-            rgb,
-            ..Picture::new(width, height)
-        };
-        let variance: Vec<[f64; 3]> = means.iter().map(|[_, variance]| *variance).collect();
-        // For noise alone, a squared difference minus the reference's variance v has the variance
-        // 2v². The channels of a pixel count as fully correlated.
-        let pixel = |(value, rgb): (&[f64; 3], &[f32; 3])| {
-            (0..3)
-                .map(|i| value[i] * relative_error_weight(rgb[i]))
-                .sum::<f64>()
-                .powi(2)
-                * 8.0
-                / 3.0
-        };
-        let doubt = variance.iter().zip(&picture.rgb).map(pixel).sum();
-        Self {
-            display_picture: display.to_display_values(&picture),
-            picture,
-            variance,
-            error_variance: doubt,
-        }
-    }
-
-    /// Returns the number of pixels in each block of the tile, row by row.
-    pub fn block_pixel_counts(&self) -> Vec<f64> {
-        let [columns, rows] = [self.picture.width, self.picture.height].map(|edge| {
-            let edge = edge as usize;
-            (0..edge.div_ceil(BLOCK))
-                .map(|position| BLOCK.min(edge - position * BLOCK) as f64)
-                .collect::<Vec<_>>()
-        });
-        rows.iter()
-            .flat_map(|height| columns.iter().map(move |width| width * height))
-            .collect()
-    }
-
-    /// Returns the variance of each pixel's mean radiance, averaged over channels and summed over
-    /// pixels.
-    pub fn summed_variance(&self) -> f64 {
-        self.variance.iter().flatten().sum::<f64>() / 3.0
-    }
-
-    /// Returns the sum of the reference's radiance over pixels and channels.
-    pub fn total_radiance(&self) -> f64 {
-        total_radiance(&self.picture)
-    }
-
-    /// Computes the errors of one setting in this tile, averaged over `renders`. Each render has
-    /// other random numbers.
-    ///
-    /// - `by_chance`: whether the setting uses random numbers.
-    /// - `beside`: renders of a second setting with the same random numbers, in the same order; may
-    ///   be empty.
-    /// - `display`: conversion to display values, for FLIP.
-    pub fn measure_tile_errors(
-        &self,
-        renders: &[Picture],
-        by_chance: bool,
-        beside: &[Picture],
-        display: Display,
-    ) -> TileErrors {
-        let (count, width) = (renders.len().max(1) as f64, self.picture.width as usize);
-        let columns = width.div_ceil(BLOCK);
-        let blocks = columns * (self.picture.height as usize).div_ceil(BLOCK);
-        let is_bias_known = !by_chance || renders.len() > 1;
-        let mut errors = TileErrors {
-            relative: vec![0.0; blocks],
-            squared: vec![0.0; blocks],
-            ..TileErrors::default()
-        };
-        errors.bias = vec![0.0; if is_bias_known { blocks } else { 0 }];
-        for (pixel, (truth, known)) in self.picture.rgb.iter().zip(&self.variance).enumerate() {
-            let block = pixel / width / BLOCK * columns + pixel % width / BLOCK;
-            for i in 0..3 {
-                let (reference, share) = (f64::from(truth[i]), relative_error_weight(truth[i]));
-                let apart = |render: &Picture| f64::from(render.rgb[pixel][i]) - reference;
-                let mean = renders.iter().map(apart).sum::<f64>() / count;
-                let spread = renders
-                    .iter()
-                    .map(|render| (apart(render) - mean).powi(2))
-                    .sum::<f64>()
-                    / count;
-                let square = mean * mean + spread - known[i];
-                if !square.is_finite() {
-                    continue;
-                }
-                errors.squared[block] += square / 3.0;
-                errors.relative[block] += square * share;
-                if is_bias_known {
-                    // The mean of several renders has noise too, estimated from the variance
-                    // between the renders.
-                    let noise = if by_chance {
-                        spread / (count - 1.0)
-                    } else {
-                        0.0
-                    };
-                    errors.bias[block] += (mean * mean - noise - known[i]) * share;
-                }
-                for (render, other) in renders.iter().zip(beside) {
-                    let apart = f64::from(render.rgb[pixel][i]) - f64::from(other.rgb[pixel][i]);
-                    let square = apart * apart / renders.len().min(beside.len()) as f64;
-                    errors.paired_difference = [
-                        errors.paired_difference[0] + square / 3.0,
-                        errors.paired_difference[1] + square * share,
-                    ];
-                }
-            }
-        }
-        errors.light = renders.iter().map(total_radiance).sum::<f64>() / count;
-        // Both pictures have the same size, which is not zero.
-        let first = renders
-            .first()
-            .map(|first| display.to_display_values(first));
-        let map = first
-            .and_then(|first| flip(&first, &self.display_picture, DEFAULT_PIXELS_PER_DEGREE).ok());
-        errors.flip = map.unwrap_or_default().iter().map(|&v| f64::from(v)).sum();
-        errors
-    }
-}
-
-/// Returns 1/(3(R² + 0.01)) for the reference value R of a channel. The sum over the three channels
-/// of this weight times the squared error is a pixel's relative squared error.
-pub(super) fn relative_error_weight(reference: f32) -> f64 {
-    let reference = f64::from(reference);
-    1.0 / (3.0 * (reference * reference + RELATIVE_FLOOR))
-}
-
-/// Returns the relative variance of a pixel's mean radiance: variance / (mean² + 0.01), averaged
-/// over channels.
-pub(super) fn relative_variance([mean, variance]: &PixelMeanAndVariance) -> f64 {
-    (0..3)
-        .map(|i| variance[i] * relative_error_weight(mean[i] as f32))
-        .sum()
-}
-
-/// Returns the sum of a picture's radiance over pixels and channels; values that are not finite are
-/// ignored.
-pub(super) fn total_radiance(picture: &Picture) -> f64 {
-    picture
-        .rgb
-        .iter()
-        .flatten()
-        .filter(|v| v.is_finite())
-        .map(|&v| f64::from(v))
-        .sum()
+/// Returns Student's factor over the normal one, for the root of a sum of squares that a few terms
+/// may dominate (Satterthwaite, "An Approximate Distribution of Estimates of Variance Components",
+/// 1946).
+fn widening(squares: &[f64]) -> f64 {
+    let [sum, of_squares] = [1, 2].map(|power| squares.iter().map(|x| x.powi(power)).sum::<f64>());
+    let freedom = (3.0 * sum * sum / of_squares).min(squares.len() as f64 - 1.0);
+    student_factor_95(freedom.max(1.0) as u32) / NORMAL
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::hash::splitmix64;
+
+    /// Protects: an interval of a factor above three is not known, a bound is, and sums, products
+    /// and ratios of values have the uncertainty of both.
+    #[test]
+    fn wide_intervals_are_unknown() {
+        let interval = |value, low, high| ConfidenceInterval { value, low, high };
+        assert!(interval(1.0, 0.6, 1.8).is_known() && !interval(1.0, 0.5, 1.8).is_known());
+        assert!(interval(1.0, 0.0, 2.0).is_known() && !ConfidenceInterval::UNKNOWN.is_known());
+        let value = ConfidenceInterval::from_logarithm(2.0, 0.3);
+        let product = value.multiply(&ConfidenceInterval::from_logarithm(3.0, 0.4));
+        assert!((product.value - 6.0).abs() < 1e-12);
+        assert!((product.logarithmic_error() - 0.5).abs() < 1e-9);
+        let ratio = value.divide(&value);
+        assert!(ratio.value == 1.0 && ratio.logarithmic_error() > 0.42);
+        let sum = interval(4.0, 1.0, 7.0).add(&interval(5.0, 1.0, 9.0));
+        assert_eq!((sum.value, sum.low, sum.high), (9.0, 4.0, 14.0));
+        let json = serde_json::to_value(interval(1.0, 0.1, 2.0)).expect("numbers");
+        assert_eq!(json["known"], false);
+    }
+
+    /// Protects: the interval of a ratio of sums contains the truth in nine of ten cases, also
+    /// where a tenth of the tiles have most of both sums.
+    #[test]
+    fn ratios_of_tiles_hold() {
+        let uniform = |index: u64| (splitmix64(index) >> 11) as f64 / 2_f64.powi(53);
+        let held = |case: &u64| {
+            let tile = |tile: u64| {
+                let size = if tile.is_multiple_of(10) { 20.0 } else { 1.0 };
+                let noise = |k: u64| 0.7 + 0.6 * uniform(1000 * case + 2 * tile + k);
+                [0.5 * size * noise(0), size * noise(1)]
+            };
+            let ratio = ratio_of_sums(&(0..40).map(tile).collect::<Vec<_>>());
+            ratio.low <= 0.5 && 0.5 <= ratio.high
+        };
+        let count = (0..1000).filter(held).count();
+        assert!((900..=998).contains(&count), "{count} of 1000");
+    }
+}

@@ -1,31 +1,36 @@
 //! Measurement of accuracy against time on one scene. A *ladder* is a choice that trades accuracy
-//! for time, such as the number of samples; a *rung* is a value of the choice. Every rung that
-//! changes the scene's picture is rendered and compared with a reference, which is more accurate
-//! than all rungs. A greedy search then measures combinations of rungs. The module prints nothing.
+//! for time, such as the number of samples; a *rung* is a value of the choice. The module prints
+//! nothing.
 //!
-//! Errors are measured on tiles of the full-size picture, drawn with known probabilities (`tiles`).
-//! A tile has the same bits as in a render of the whole picture. The interval of an estimate covers
-//! the choice of tiles and the noise within the tiles. A setting is rendered in several rounds,
-//! each with other random numbers. All settings share the random numbers of a round, so that the
-//! effect of a single rung is measured without noise.
+//! A measurement is a table of *trials* (`trial`): renders of a setting on a region of the picture.
+//! One function chooses the next trial (`policy`), and every figure is a function of the trials
+//! (`figures`). A budget that ends leaves a table that is valid at any row.
+//!
+//! Errors of noise come from whole pictures, which state their own error (`curve`). Tiles tell what
+//! such a claim cannot see: bias, and the noise of a rung beside that of the setting in use. All
+//! settings share the random numbers of a round, so that the effect of a rung is measured with
+//! little noise.
 
+mod curve;
 mod effects;
 mod estimate;
-mod frontier;
-mod measurements;
+mod figures;
 mod outputs;
-mod pilot;
+mod policy;
 mod recommendation;
 mod renderer;
 mod report;
-mod session;
+mod rows;
 mod setting;
+mod space;
+mod study;
 mod tiles;
+mod trial;
 
 use core::time::Duration;
 use std::time::Instant;
 
-use crate::bench::clock::time_on_process;
+use crate::bench::clock::{Stopwatch, time_on_process};
 use crate::display::Display;
 use crate::film::{Film, FilmMergeError};
 use crate::ladder::RungChoice;
@@ -34,13 +39,17 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
+use renderer::{ClockFunction, SettingRenderer};
+use rows::Rows;
+use study::Study;
+
 pub use effects::{EffectCost, EffectCosts, measure_effects};
 pub use estimate::{ConfidenceInterval, SettingErrors};
 pub use outputs::OutputFormatReport;
 pub use report::{
-    AccuracyReport, LadderCostReport, LadderReport, MeasuredBaseline, MeasuredSetting,
-    MeasuredSettingWithFlags, Recommendation, Recommendations, ReferenceReport, ReportPicture,
-    RungCost, RungCostReport, RungReport, TileReport,
+    AccuracyReport, LadderCostReport, LadderReport, MeasuredSetting, MeasuredSettingWithFlags,
+    Recommendation, Recommendations, ReferenceReport, ReportPicture, RungCost, RungCostReport,
+    RungReport, TileReport,
 };
 pub use setting::RungSetting;
 
@@ -51,8 +60,7 @@ pub struct AccuracyEffort {
     pub budget: Duration,
     /// Width and height of the picture in pixels; `None` for the size in the scene.
     pub size: Option<[u32; 2]>,
-    /// Number of renders of each tile, at least two, for a picture of which all tiles are measured.
-    /// The number is smaller if the time runs out.
+    /// Largest number of rounds, at least two. A round renders with other random numbers.
     pub rounds: u32,
 }
 
@@ -65,6 +73,13 @@ pub trait ProgressListener {
 /// Ignores the progress of a measurement.
 impl ProgressListener for () {
     fn report_step(&mut self, _: &str, _: f64) {}
+}
+
+/// Passes the progress on to a function.
+impl<F: FnMut(&str, f64)> ProgressListener for F {
+    fn report_step(&mut self, label: &str, share: f64) {
+        self(label, share);
+    }
 }
 
 /// Reference picture of a measurement, as a film. The next measurement of the same scene adds tiles
@@ -120,13 +135,44 @@ pub fn measure_accuracy(
     observer: &dyn Observer,
     listener: &mut dyn ProgressListener,
 ) -> Result<(AccuracyReport, ReusableReference), MeasureError> {
-    session::MeasurementSession::new(
-        scene,
-        settings,
-        Display::from_render(&scene.render),
-        *effort,
-        observer,
-        (time_on_process, &Instant::now),
-    )
-    .run_measurement(start, listener)
+    let clocks: (Stopwatch, ClockFunction<'_>) = (time_on_process, &Instant::now);
+    measure_by_clocks((scene, settings), effort, start, observer, listener, clocks)
+}
+
+/// Measures like [`measure_accuracy`], with a stopwatch and a clock.
+fn measure_by_clocks(
+    (scene, settings): (&Scene, &Settings),
+    effort: &AccuracyEffort,
+    start: MeasurementStart<'_>,
+    observer: &dyn Observer,
+    listener: &mut dyn ProgressListener,
+    clocks: (Stopwatch, ClockFunction<'_>),
+) -> Result<(AccuracyReport, ReusableReference), MeasureError> {
+    let begun = clocks.1();
+    let settings = Settings {
+        size: effort.size.unwrap_or(settings.size),
+        crop: None,
+        aovs: Vec::new(),
+        max_error: None,
+        ..settings.clone()
+    };
+    let renderer = SettingRenderer::new(scene, &settings, observer, clocks);
+    let display = Display::from_render(&scene.render);
+    let mut study = Study::new(&renderer, display, *effort, begun);
+    let mut is_cut_short = study.run(start, listener)?;
+    let outputs = study.measure_outputs();
+    let costs = study.measure_effect_costs(listener)?;
+    is_cut_short |= costs.as_ref().is_none_or(|costs| !costs.late.is_empty());
+    let report = Rows::new(&study)
+        .report(outputs, costs, is_cut_short || observer.is_cancelled())
+        .ok_or_else(|| renderer.to_measure_error(PrepareError::Cancelled))?;
+    let rungs = study.space.exact.choices().to_vec();
+    let reference = study.reference.ok_or(MeasureError::InsufficientTime)?;
+    Ok((
+        report,
+        ReusableReference {
+            rungs,
+            film: reference.film,
+        },
+    ))
 }

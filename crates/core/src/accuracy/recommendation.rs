@@ -1,41 +1,38 @@
-//! Recommendations of a report: the fastest setting with half the error of the scene's own setting,
-//! and the fastest setting with the same error in less time.
+//! The settings on the Pareto front of time and error, and the recommended ones among the settings
+//! of a report.
 
 use super::estimate::{ConfidenceInterval, SettingErrors};
-use super::measurements::RelativeCost;
 use super::report::{MeasuredSetting, Recommendation, Recommendations};
 use super::setting::RungSetting;
 use crate::ladder::Ladder;
 
-/// Largest ratios of root errors that count as half the error. The first limits the estimate, the
-/// second the upper end of its interval. Four times the samples halve noise within these limits.
-const HALF: [f64; 2] = [0.55, 0.6];
-/// Largest ratios of root errors that count as the same error. The first limits the estimate, the
-/// second the upper end of its interval.
-const SAME: [f64; 2] = [1.05, 1.05];
-/// Largest ratio of times that counts as less time. It limits the upper end of the ratio's
-/// interval.
+/// Largest ratios of root errors that count as half the error: of the estimate, and of the upper end
+/// of its interval. Four times the samples halve noise within these limits.
+const HALF: [f64; 2] = [0.55, 0.7];
+/// Largest ratios of root errors that count as the same error, likewise.
+const SAME: [f64; 2] = [1.05, 1.3];
+/// Largest ratio of times that counts as less time.
 const SOONER: f64 = 0.8;
-/// Largest ratio of estimated squared bias to squared error of a recommended setting.
-const MOST_BIAS: f64 = 0.25;
-/// Largest ratio of squared bias to squared error, where the bias is at the upper end of its
-/// confidence interval.
-const SURE_BIAS: f64 = 0.5;
+/// Largest ratios of squared bias to squared error of a recommended setting: of the estimate, and of
+/// the upper end of its interval.
+const MOST_BIAS: [f64; 2] = [0.25, 0.5];
 /// Largest relative difference between the summed radiance of a recommended setting and that of the
 /// reference.
 const MOST_LIGHT: f64 = 0.005;
-/// Ratio of times up to which a setting counts as equally fast as the fastest. Of these settings,
-/// the one with the fewest changes from the scene's own is recommended.
+/// Ratio of times up to which a setting counts as equally fast as the fastest. Of these, the one with
+/// the fewest changes is recommended.
 const NEAR: f64 = 1.1;
-/// Largest needed time budget that a report names, as a multiple of the given budget.
-const LONGEST: f64 = 60.0;
+/// Largest relative difference of two times, and of two squared errors, that counts as equal on the
+/// front: clocks and noise do not resolve smaller ones.
+const SAME_ON_FRONT: [f64; 2] = [0.03, 0.02];
 
 /// Measured setting that is considered for a recommendation.
 #[derive(Clone, Debug)]
 pub(super) struct RecommendationCandidate {
     pub setting: RungSetting,
     pub measured: MeasuredSetting,
-    pub cost: RelativeCost,
+    /// Squared error over that of the setting in use.
+    pub error: ConfidenceInterval,
     pub is_recommendable: bool,
 }
 
@@ -44,7 +41,7 @@ pub(super) struct RecommendationCandidate {
 ///
 /// - Its summed radiance equals the reference's, or is certainly closer to it than the scene's own.
 /// - Its squared bias is small, or certainly smaller than the scene's own. This condition is waived
-///   if denoising is the only biased change.
+///   if denoising is the only biased change: the claim of a denoised picture contains its bias.
 pub(super) fn is_recommendable(
     setting: &RungSetting,
     measured: &MeasuredSetting,
@@ -52,95 +49,101 @@ pub(super) fn is_recommendable(
 ) -> bool {
     let off = |light: &ConfidenceInterval| [light.low - 1.0, light.high - 1.0].map(f64::abs);
     let most_off = off(&measured.errors.light).into_iter().fold(0.0, f64::max);
-    let has_light = most_off <= MOST_LIGHT
-        || most_off
-            < off(&own_measured.errors.light)
-                .into_iter()
-                .fold(f64::INFINITY, f64::min);
+    let own_off = off(&own_measured.errors.light)
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    let has_light = most_off <= MOST_LIGHT || most_off < own_off;
     let SettingErrors { bias, relmse, .. } = &measured.errors;
     let is_noise = bias.is_some_and(|bias| {
-        let less = own_measured
-            .errors
-            .bias
-            .is_some_and(|interval| bias.high < interval.low);
-        less || bias.value <= MOST_BIAS * relmse.value && bias.high <= SURE_BIAS * relmse.value
+        let own_bias = own_measured.errors.bias;
+        own_bias.is_some_and(|own| bias.high < own.low)
+            || bias.value <= MOST_BIAS[0] * relmse.value && bias.high <= MOST_BIAS[1] * relmse.value
     });
-    // The error of the denoiser falls with more samples as noise does, but the denoiser may change
-    // the summed radiance.
-    let is_filtered = setting.rung(Ladder::Reconstruction).is_some();
-    let is_free = setting
+    let is_denoised = setting.rung(Ladder::Reconstruction).is_some();
+    match setting
         .without_ladder(Ladder::Reconstruction)
-        .is_free_of_bias();
-    if is_free && !is_filtered {
-        true
-    } else {
-        has_light && (is_free || is_noise)
+        .is_free_of_bias()
+    {
+        true => has_light || !is_denoised,
+        false => has_light && is_noise,
     }
 }
 
-/// Chooses the recommended settings among `all` measured ones. `budget` is the time budget of the
-/// measurement in seconds.
-pub(super) fn recommend_settings(
-    mut all: Vec<RecommendationCandidate>,
-    budget: f64,
-) -> Recommendations {
-    all.retain(|candidate| {
-        candidate.setting != RungSetting::default() && candidate.is_recommendable
-    });
-    let length = |candidate: &RecommendationCandidate| candidate.setting.choices().len();
-    all.sort_by(|a, b| a.cost.time.value.total_cmp(&b.cost.time.value));
-    let find = |[value, high]: [f64; 2], most_time: f64| {
-        let promises = |candidate: &&RecommendationCandidate| {
-            candidate.cost.error.low > 0.0
-                && candidate.cost.error.value <= value * value
-                && candidate.cost.time.high <= most_time
-        };
-        let holds = |candidate: &&RecommendationCandidate| candidate.cost.error.high <= high * high;
-        let found_candidate = all.iter().filter(promises).find(holds).map(|fastest| {
-            let is_near = |candidate: &&RecommendationCandidate| {
-                candidate.cost.time.value <= NEAR * fastest.cost.time.value
-            };
-            all.iter()
-                .filter(promises)
-                .filter(holds)
-                .filter(is_near)
-                .min_by_key(|candidate| length(candidate))
-                .unwrap_or(fastest)
-        });
-        let advice = found_candidate.map(|candidate| Recommendation {
-            flags: candidate.setting.flags(),
-            time: candidate.cost.time,
-            error: candidate.cost.error.map(f64::sqrt),
-            measured: candidate.measured.clone(),
-        });
-        // The width of an interval falls with the square root of the time.
-        let needed = all.iter().filter(promises).map(|candidate| {
-            let wide = libm::log(candidate.cost.error.high / candidate.cost.error.value)
-                / libm::log(high * high / candidate.cost.error.value);
-            wide * wide
-        });
-        let needed = needed.fold(f64::INFINITY, f64::min);
-        let needed = (advice.is_none() && needed <= LONGEST).then_some(budget * needed);
-        (advice, needed)
+/// Returns the places of the settings on the Pareto front of time and error, by ascending time: of
+/// the recommendable ones with known errors, and of the one in use. A setting is left out if another
+/// is better in time or error and at least equal in the other. Of equal settings the one with the
+/// fewest changes remains.
+pub(super) fn pareto_front(candidates: &[RecommendationCandidate]) -> Vec<usize> {
+    let point = |at: usize| {
+        let measured = &candidates[at].measured;
+        [measured.seconds.value, measured.errors.relmse.value]
     };
-    let (half, same) = (find(HALF, f64::INFINITY), find(SAME, SOONER));
-    Recommendations {
-        half_the_error: half.0,
-        half_needs: half.1,
-        same_error: same.0,
-        same_needs: same.1,
-    }
+    let changes = |at: usize| candidates[at].setting.choices().len();
+    let is_eligible = |&at: &usize| {
+        let candidate = &candidates[at];
+        let error = candidate.error.map(f64::sqrt);
+        changes(at) == 0 || candidate.is_recommendable && error.is_known()
+    };
+    let mut order: Vec<usize> = (0..candidates.len()).filter(is_eligible).collect();
+    order.sort_by_key(|&at| changes(at));
+    let is_beaten = |place: usize| {
+        let own = point(order[place]);
+        order.iter().enumerate().any(|(other, &at)| {
+            let times = |factor: f64| {
+                let other = point(at);
+                [0, 1].map(|i| other[i] <= own[i] * (1.0 + factor * SAME_ON_FRONT[i]))
+            };
+            times(1.0) == [true; 2] && (times(-1.0) != [false; 2] || other < place)
+        })
+    };
+    let mut front: Vec<usize> = (0..order.len())
+        .filter(|&at| !is_beaten(at))
+        .map(|at| order[at])
+        .collect();
+    front.sort_by(|&a, &b| point(a)[0].total_cmp(&point(b)[0]));
+    front
 }
 
-impl Recommendations {
-    /// Whether a setting is one of the recommended ones.
-    pub(super) fn contains(&self, setting: &RungSetting) -> bool {
-        let recommended = [&self.half_the_error, &self.same_error];
-        let flags = setting.flags();
-        recommended
+/// Chooses the recommended settings: from the front, and a faster one with bias from all.
+pub(super) fn recommend_settings(
+    candidates: &[RecommendationCandidate],
+    front: &[usize],
+) -> Recommendations {
+    let has_error = |candidate: &RecommendationCandidate, [value, high]: [f64; 2]| {
+        let error = candidate.error.map(f64::sqrt);
+        candidate.setting != RungSetting::default() && error.value <= value && error.high <= high
+    };
+    let advice = |candidate: &RecommendationCandidate| Recommendation {
+        flags: candidate.setting.flags(),
+        time: candidate.measured.ratio,
+        error: candidate.error.map(f64::sqrt),
+        measured: candidate.measured.clone(),
+    };
+    let find = |limits: [f64; 2], most_time: f64| {
+        let all = front.iter().map(|&at| &candidates[at]);
+        let mut all = all.filter(|c| has_error(c, limits) && c.measured.ratio.value <= most_time);
+        let fastest = all.next()?;
+        let limit = NEAR * fastest.measured.ratio.value;
+        let near = all.take_while(|candidate| candidate.measured.ratio.value <= limit);
+        [fastest]
             .into_iter()
-            .flatten()
-            .any(|recommendation| recommendation.flags == flags)
+            .chain(near)
+            .min_by_key(|c| c.setting.choices().len())
+    };
+    let same = find(SAME, SOONER);
+    let limit = same.map_or(1.0, |same| same.measured.ratio.value) * SOONER;
+    let biased = candidates.iter().filter(|candidate| {
+        !candidate.is_recommendable
+            && has_error(candidate, SAME)
+            && candidate.measured.ratio.value <= limit
+    });
+    let time = |candidate: &&RecommendationCandidate| candidate.measured.ratio.value;
+    Recommendations {
+        half_the_error: find(HALF, f64::INFINITY).map(advice),
+        same_error: same.map(advice),
+        biased: biased
+            .min_by(|a, b| time(a).total_cmp(&time(b)))
+            .map(advice),
     }
 }
 

@@ -1,43 +1,75 @@
-//! Rendering and timing of settings. Preparation is timed separately. A render ends without a
-//! result when the observer stops it or its time runs out.
-
-mod deadline;
-mod incremental_reference;
-mod pilot_renders;
+//! Rendering and timing of settings. A render ends without a result when the observer stops it or
+//! its time runs out.
 
 use std::cell::RefCell;
 use std::time::Instant;
 
-use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
-
-use super::MeasureError;
-use super::setting::RungSetting;
+use super::setting::{RungSetting, reference_setup};
+use super::tiles::tile_edge;
+use super::{MeasureError, MeasurementStart};
 use crate::bench::clock::Stopwatch;
-use crate::denoise::DenoiseError;
+use crate::denoise::{DenoiseOutput, denoise};
 use crate::dispatch::{ReadyScene, prepare};
-use crate::film::Film;
+use crate::film::{Film, FilmPart};
 use crate::ladder::Ladder;
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::render::RenderOutput;
 use crate::scene::Scene;
-use crate::settings::{Crop, Settings};
+use crate::settings::Settings;
 
-use deadline::DeadlineObserver;
-pub(super) use deadline::{ClockFunction, UnfinishedRender};
-pub(super) use incremental_reference::IncrementalReference;
+/// Memory in bytes of all prepared scenes that are kept for reuse: a quarter of the default limit
+/// of a render's memory.
+const KEPT_BYTES: u64 = 2 << 30;
 
-/// Margin in pixels around a denoised tile. The denoiser averages pixels within this distance. A
-/// few pixels farther away affect only the weights of that average.
-pub(super) const MARGIN: u32 = 20;
+/// Number of replicates (independent parts of a pixel's samples) of every film: the fewest of which
+/// each pair of differences is independent of another pair.
+pub(super) const REPLICATES: u32 = 4;
 
-/// Largest memory, in bytes, of all prepared scenes that are kept for reuse.
-const KEPT_BYTES: u64 = 1 << 30;
+/// Function that returns the current instant. Tests use a clock that advances with each call.
+pub(super) type ClockFunction<'a> = &'a (dyn Fn() -> Instant + Sync);
 
-/// Edge in pixels of the square blocks into which threads divide a tile, if the picture does not
-/// depend on this edge.
-const UNIT: u32 = 16;
+/// Reason why a render has no result.
+#[derive(Debug)]
+pub(super) enum UnfinishedRender {
+    /// The time ran out, or the observer stopped the render.
+    Interrupted,
+    /// The scene cannot be prepared.
+    Failed(PrepareError),
+}
+
+impl UnfinishedRender {
+    /// Converts the reason to an error, for a measurement that cannot continue without the render.
+    pub fn into_error(self) -> PrepareError {
+        match self {
+            Self::Interrupted => PrepareError::Cancelled,
+            Self::Failed(error) => error,
+        }
+    }
+
+    /// Converts a render that was stopped, or whose time ran out, to `None`; other errors stay.
+    pub fn none_if_interrupted<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(Self::Interrupted) => Ok(None),
+            Err(Self::Failed(error)) => Err(error),
+        }
+    }
+}
+
+/// Observer that stops a render at a deadline, or when the caller's observer stops it.
+struct DeadlineObserver<'a> {
+    observer: &'a dyn Observer,
+    now: ClockFunction<'a>,
+    end: Instant,
+}
+
+impl Observer for DeadlineObserver<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.observer.is_cancelled() || (self.now)() >= self.end
+    }
+}
 
 /// Scene prepared for a setting. It is reused by all settings that differ only in samples, sampler
 /// or denoising.
@@ -55,26 +87,59 @@ pub(super) struct SettingRenderer<'a> {
     /// Stopwatch of the CPU time of all threads, in seconds.
     pub stopwatch: Stopwatch,
     pub now: ClockFunction<'a>,
-    /// Most recently prepared scenes, so that a scene is not prepared again for each tile.
+    /// Most recently prepared scenes, so that a scene is not prepared again for each render.
     prepared: RefCell<Vec<PreparedSetting>>,
 }
 
-/// Finished render with its times and its number of rays.
-pub(super) struct TimedRender {
+/// Finished picture with its rays and its render time in seconds, summed over all threads.
+pub(super) struct TimedPicture {
     pub picture: Picture,
-    /// Ratio of the denoised picture's summed radiance to the noisy picture's; 1 without denoising.
-    pub light_ratio: f64,
-    /// Seconds of rendering and denoising together, summed over all threads.
-    pub seconds: f64,
-    /// Seconds of denoising alone, summed over all threads.
-    pub denoising_seconds: f64,
-    /// Seconds of preparation, summed over all threads.
-    pub preparing_seconds: f64,
     pub rays: u64,
+    pub seconds: f64,
+}
+
+/// Finished film with its times.
+pub(super) struct TimedFilm {
+    pub film: Film,
+    /// Render time in seconds, summed over all threads.
+    pub seconds: f64,
+    /// Preparation time in seconds, summed over all threads; zero if the scene was prepared before.
+    pub preparing: f64,
+    /// Memory of geometry and acceleration structure in bytes.
+    pub geometry: u64,
     /// Whether other random numbers would change the picture.
     pub is_random: bool,
-    /// Memory of geometry and acceleration structure in bytes.
-    pub geometry_bytes: u64,
+}
+
+/// Request of a film.
+pub(super) struct FilmRequest<'r> {
+    pub setting: &'r RungSetting,
+    /// Number that is added to the seed.
+    pub round: u64,
+    /// Tiles to render, in ascending order; `None` for the whole picture.
+    pub tiles: Option<&'r [u32]>,
+    pub denoises: bool,
+    /// Whether the scene is prepared anew, so that the preparation is timed.
+    pub prepares: bool,
+    /// Instant at which an unfinished render is dropped.
+    pub end: Instant,
+}
+
+/// Reference picture: the film of the most exact rungs, in f64.
+pub(super) struct Reference {
+    ready: ReadyScene,
+    pub film: Film,
+    /// Rays of an earlier measurement's reference, zero for a new one.
+    reused_rays: u64,
+    /// Render time of the new tiles, in seconds summed over all threads.
+    pub seconds: f64,
+}
+
+impl Reference {
+    /// Whether the whole film comes from an earlier measurement.
+    pub fn is_reused(&self) -> bool {
+        self.reused_rays > 0 && self.reused_rays == self.film.counters().ray_count()
+    }
 }
 
 impl<'a> SettingRenderer<'a> {
@@ -95,74 +160,56 @@ impl<'a> SettingRenderer<'a> {
         }
     }
 
-    /// Renders crops by a setting, in parallel. `round` selects the random numbers. An empty list
-    /// of crops stands for the whole picture. The CPU time of the process is divided among the
-    /// crops in proportion to their numbers of rays.
-    pub fn render_setting(
-        &self,
-        setting: &RungSetting,
-        parts: &[Crop],
-        round: u64,
-        end: Instant,
-    ) -> Result<Vec<TimedRender>, UnfinishedRender> {
-        let (scene, settings) = setting.apply(self.scene, self.settings);
+    /// Renders a film of four replicates, or of one under a fixed pattern of samples.
+    pub fn render_film(&self, request: &FilmRequest<'_>) -> Result<TimedFilm, UnfinishedRender> {
+        let (scene, settings) = request.setting.apply(self.scene, self.settings);
         let settings = Settings {
-            seed: settings.seed.wrapping_add(round),
+            seed: settings.seed.wrapping_add(request.round),
+            replicates: Some(REPLICATES),
+            tile_size: tile_edge(settings.size),
+            denoise: request.denoises,
             ..settings
         };
-        self.run_on_prepared_scene(setting, (&scene, &settings), end, |ready| {
-            self.render_and_time(ready, (&settings, parts), 0.0, end)
+        let render = |(ready, preparing): (&ReadyScene, f64)| {
+            let until = self.deadline_observer(request.end);
+            let mut film = None;
+            let seconds = (self.stopwatch)(&mut || {
+                let done = ready.render_with_settings(&settings, request.tiles, &until);
+                film.insert(done).counters().ray_count()
+            });
+            let part = |film: &Film| FilmPart {
+                selected_tiles: request.tiles.map(<[u32]>::to_vec),
+                ..film.full_part()
+            };
+            let film = film
+                .filter(|film| film.unfinished_tiles(&part(film)) == 0)
+                .ok_or(UnfinishedRender::Interrupted)?;
+            Ok(TimedFilm {
+                film,
+                seconds,
+                preparing,
+                geometry: ready.memory().geometry,
+                is_random: ready.depends_on_seed(),
+            })
+        };
+        if request.prepares {
+            let (ready, preparing) = self.prepare_and_time(&scene, &settings, request.end)?;
+            return render((&ready, preparing));
+        }
+        self.run_on_prepared_scene(request.setting, (&scene, &settings), request.end, |ready| {
+            render((ready, 0.0))
         })?
     }
 
-    /// Renders crops in parallel and returns each result with its seconds. The total CPU time is
-    /// divided among the crops in proportion to their rays. An empty list of crops stands for the
-    /// whole picture.
-    fn render_crops_in_parallel<T: Send>(
-        &self,
-        parts: &[Crop],
-        settings: &Settings,
-        render: impl Fn(&Settings) -> T + Sync,
-        rays: impl Fn(&T) -> u64,
-    ) -> Vec<(T, f64)> {
-        let mut done = Vec::new();
-        let tile_size = if settings.sampling.is_fixed() {
-            settings.tile_size
-        } else {
-            UNIT
-        };
-        let part = |&part: &Crop| {
-            render(&Settings {
-                crop: Some(part),
-                tile_size,
-                ..settings.clone()
-            })
-        };
+    /// Denoises a film. Returns the result with its seconds, summed over all threads; `None` if the
+    /// film cannot be denoised, or the time runs out.
+    pub fn denoise_film(&self, film: &Film, end: Instant) -> Option<(DenoiseOutput, f64)> {
+        let mut output = None;
         let seconds = (self.stopwatch)(&mut || {
-            done = match parts {
-                [] => vec![render(&Settings {
-                    crop: None,
-                    ..settings.clone()
-                })],
-                parts => parts.par_iter().map(part).collect(),
-            };
-            done.iter().map(&rays).sum()
+            output = denoise(film, &self.deadline_observer(end)).ok();
+            0
         });
-        let (sum, count) = (
-            done.iter().map(&rays).sum::<u64>() as f64,
-            done.len() as f64,
-        );
-        let share = |of: &T| {
-            if sum > 0.0 {
-                rays(of) as f64 / sum
-            } else {
-                1.0 / count
-            }
-        };
-        done.into_iter()
-            .map(|of| (share(&of), of))
-            .map(|(share, of)| (of, seconds * share))
-            .collect()
+        output.map(|output| (output, seconds))
     }
 
     /// Runs `work` on a scene prepared for the setting. A kept scene is reused if it was prepared
@@ -200,35 +247,77 @@ impl<'a> SettingRenderer<'a> {
         Ok(done)
     }
 
-    /// Prepares the scene again for a setting and renders crops of it, so that the preparation is
-    /// timed too.
-    pub fn prepare_and_render_crops(
-        &self,
-        setting: &RungSetting,
-        parts: &[Crop],
-        round: u64,
-        end: Instant,
-    ) -> Result<Vec<TimedRender>, UnfinishedRender> {
-        let (scene, settings) = setting.apply(self.scene, self.settings);
-        let settings = Settings {
-            seed: settings.seed.wrapping_add(round),
-            ..settings
-        };
-        let (ready, preparing) = self.prepare_and_time(&scene, &settings, end)?;
-        self.render_and_time(&ready, (&settings, parts), preparing, end)
-    }
-
     /// Prepares and renders the whole picture of any scene.
-    pub fn prepare_and_render(
+    pub fn render_picture(
         &self,
         scene: &Scene,
         settings: &Settings,
         end: Instant,
-    ) -> Result<TimedRender, UnfinishedRender> {
-        let (ready, preparing) = self.prepare_and_time(scene, settings, end)?;
-        self.render_and_time(&ready, (settings, &[]), preparing, end)?
-            .pop()
-            .ok_or(UnfinishedRender::Interrupted)
+    ) -> Result<TimedPicture, UnfinishedRender> {
+        let (ready, _) = self.prepare_and_time(scene, settings, end)?;
+        let until = self.deadline_observer(end);
+        let mut output = None;
+        let seconds = (self.stopwatch)(&mut || {
+            let film = ready.render_with_settings(settings, None, &until);
+            let done = RenderOutput::from_film(&film, &until);
+            output.insert(done).counters.ray_count()
+        });
+        let output = output
+            .filter(|output| output.finished)
+            .ok_or(UnfinishedRender::Interrupted)?;
+        Ok(TimedPicture {
+            picture: output.final_picture().clone(),
+            rays: output.counters.ray_count(),
+            seconds,
+        })
+    }
+
+    /// Prepares a reference with the rungs (quality levels) of `exact` and this number of samples
+    /// per pixel. Its film is empty, or the film of an earlier reference.
+    pub fn prepare_reference(
+        &self,
+        exact: &RungSetting,
+        samples: u32,
+        start: MeasurementStart<'_>,
+        end: Instant,
+    ) -> Result<Reference, MeasureError> {
+        let (scene, settings) = reference_setup(exact, self.scene, self.settings, samples);
+        let settings = Settings {
+            replicates: Some(REPLICATES),
+            tile_size: tile_edge(settings.size),
+            ..settings
+        };
+        let (ready, _) = self
+            .prepare_and_time(&scene, &settings, end)
+            .map_err(|error| self.to_measure_error(error.into_error()))?;
+        let mut film = ready.new_film(start.scene);
+        if let Some(earlier) = start.reference {
+            film.continue_from(earlier.film)
+                .map_err(MeasureError::Reference)?;
+        }
+        Ok(Reference {
+            reused_rays: film.counters().ray_count(),
+            ready,
+            film,
+            seconds: 0.0,
+        })
+    }
+
+    /// Renders tiles of the reference. Returns false if the time runs out.
+    pub fn render_reference(&self, of: &mut Reference, tiles: &[u32], end: Instant) -> bool {
+        let part = FilmPart {
+            selected_tiles: Some(tiles.to_vec()),
+            ..of.film.full_part()
+        };
+        let before = of.film.counters().ray_count();
+        let until = self.deadline_observer(end);
+        let Reference { ready, film, .. } = of;
+        of.seconds += (self.stopwatch)(&mut || {
+            // The film belongs to this scene, so no part is refused.
+            let _ = ready.render_part(film, &part, &until);
+            film.counters().ray_count() - before
+        });
+        of.film.unfinished_tiles(&part) == 0
     }
 
     /// Prepares a scene and returns it with the seconds of preparation, summed over all threads.
@@ -248,62 +337,6 @@ impl<'a> SettingRenderer<'a> {
             Err(PrepareError::Cancelled) => Err(UnfinishedRender::Interrupted),
             Err(error) => Err(UnfinishedRender::Failed(error)),
         }
-    }
-
-    /// Renders and denoises crops of a prepared scene. An empty list of crops stands for the whole
-    /// picture. `preparing` is the time of preparation in seconds, which is copied to every result.
-    fn render_and_time(
-        &self,
-        ready: &ReadyScene,
-        (settings, parts): (&Settings, &[Crop]),
-        preparing: f64,
-        end: Instant,
-    ) -> Result<Vec<TimedRender>, UnfinishedRender> {
-        let until = self.deadline_observer(end);
-        let films = self.render_crops_in_parallel(
-            parts,
-            settings,
-            |settings| ready.render_with_settings(settings, &until),
-            |film| film.counters().ray_count(),
-        );
-        let mut renders = Vec::new();
-        let denoising = (self.stopwatch)(&mut || {
-            renders = films
-                .par_iter()
-                .map(|(film, _)| RenderOutput::from_film(film, &until))
-                .collect();
-            0
-        });
-        let is_stopped = |rendered: &RenderOutput| {
-            matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled)))
-        };
-        if renders
-            .iter()
-            .any(|rendered| !rendered.finished || is_stopped(rendered))
-        {
-            return Err(UnfinishedRender::Interrupted);
-        }
-        // The denoising time is divided evenly among the pixels.
-        let pixels: usize = renders
-            .iter()
-            .map(|rendered| rendered.picture.pixel_count())
-            .sum();
-        let timed = |(rendered, (_, tracing)): (RenderOutput, (Film, f64))| {
-            let denoising = denoising * rendered.picture.pixel_count() as f64 / pixels as f64;
-            TimedRender {
-                rays: rendered.counters.ray_count(),
-                light_ratio: rendered
-                    .denoise_output()
-                    .map_or(1.0, |denoised| 1.0 + denoised.light_change),
-                picture: rendered.final_picture().clone(),
-                seconds: tracing + denoising,
-                denoising_seconds: denoising,
-                preparing_seconds: preparing,
-                is_random: ready.depends_on_seed(),
-                geometry_bytes: ready.memory().geometry,
-            }
-        };
-        Ok(renders.into_iter().zip(films).map(timed).collect())
     }
 
     /// Returns an observer that stops a render at `end`, or when the caller's observer stops it.

@@ -24,9 +24,6 @@ pub struct AccuracyReport {
     pub recommendations: Recommendations,
     /// Time and error of the scene's own setting.
     pub own: MeasuredSetting,
-    /// Measurement of the scene with fewer samples per pixel, to which all changes except sample
-    /// counts were applied. `None` if they were applied to the scene's own number of samples.
-    pub base: Option<MeasuredBaseline>,
     /// Measurements of the ladders (quality settings) that change the picture, each rung by rung
     /// (level by level).
     pub ladders: Vec<LadderReport>,
@@ -44,13 +41,15 @@ pub struct AccuracyReport {
     /// Settings on the Pareto front of time and error, by ascending time. Settings whose summed
     /// radiance is wrong or whose bias is large are excluded.
     pub frontier: Vec<MeasuredSettingWithFlags>,
+    /// Time budget in seconds that would probably make every error known; `None` if all are known, or
+    /// if no budget would suffice.
+    pub needs: Option<f64>,
     /// Wall-clock seconds of the measurement.
     pub seconds: f64,
     /// Whether the time ran out before the planned measurements were finished.
     pub cut_short: bool,
-    /// Pictures for comparison: the reference, and the first render of each setting that differs
-    /// from the scene's own in one choice. They show the first tile, or the whole picture if all
-    /// tiles were measured.
+    /// Pictures for comparison: the reference, the setting in use, and each setting that differs
+    /// from it in one choice. They show the part of the picture with the greatest noise.
     #[serde(skip)]
     pub pictures: Vec<ReportPicture>,
 }
@@ -61,30 +60,25 @@ pub struct AccuracyReport {
 pub struct TileReport {
     /// Edge of a tile in pixels.
     pub edge: u32,
-    /// Number of tiles on which the scene's own setting was measured.
+    /// Number of tiles on which the rungs were tried.
     pub measured: usize,
     /// Number of tiles of the picture.
     pub all: usize,
-    /// Column and row of the upper left pixel of the tile shown in `pictures`.
+    /// Column and row of the upper left pixel of the part shown in `pictures`.
     pub shown: [u32; 2],
 }
 
-/// Recommended settings: one with half the error, and one with the same error in less time. If no
-/// measured setting qualifies, the time budget that would probably confirm one.
+/// Recommended settings, all of which are rows of the report.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Recommendations {
-    /// Fastest setting with about half of the root error or less. `None` if no measured setting
-    /// certainly qualifies.
+    /// Fastest setting with about half of the root error or less; `None` if no setting has it.
     pub half_the_error: Option<Recommendation>,
-    /// Time budget in seconds that would probably confirm such a setting. `None` if a setting is
-    /// already confirmed, or if no setting is likely to be.
-    pub half_needs: Option<f64>,
-    /// Fastest setting with about the same root error or less, in clearly less time. `None` if no
-    /// measured setting certainly qualifies.
+    /// Fastest setting with about the same root error or less, in clearly less time; `None` if no
+    /// setting has it.
     pub same_error: Option<Recommendation>,
-    /// Time budget in seconds that would probably confirm such a setting. `None` if a setting is
-    /// already confirmed, or if no setting is likely to be.
-    pub same_needs: Option<f64>,
+    /// Fastest setting with the same error that is faster than `same_error` but may not replace the
+    /// setting in use, because it changes the light or has bias; `None` if there is none.
+    pub biased: Option<Recommendation>,
 }
 
 /// Recommended setting: its command-line flags, and its time and error relative to the scene's own
@@ -99,16 +93,6 @@ pub struct Recommendation {
     /// square root of relMSE.
     pub error: ConfidenceInterval,
     /// Time and error of the setting.
-    pub measured: MeasuredSetting,
-}
-
-/// Measurement of the baseline: the scene with fewer samples per pixel. All changes except sample
-/// counts are applied to the baseline, which renders faster than the scene's own setting.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MeasuredBaseline {
-    /// Samples per pixel.
-    pub samples: u32,
-    /// Time and error of the scene with this number of samples per pixel.
     pub measured: MeasuredSetting,
 }
 
@@ -145,24 +129,19 @@ pub struct ReferenceReport {
 /// [`RungSetting`](super::RungSetting).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeasuredSetting {
-    /// Number of tiles on which the setting was measured.
+    /// Number of tiles on which its rungs were tried.
     pub tiles: usize,
-    /// Number of renders of each tile, each with different random numbers.
+    /// Number of trials of the setting.
     pub renders: usize,
     /// Time of a render of the whole picture, in seconds summed over all threads, without
     /// preparation.
     pub seconds: ConfidenceInterval,
-    /// Time of the setting divided by the time of a base setting; NaN if unknown. The base is the
-    /// scene's own setting. For a change that was measured with fewer samples, it is the scene with
-    /// fewer samples.
+    /// Time of the setting divided by the time of the setting in use.
     pub ratio: ConfidenceInterval,
     /// Number of rays of a render of the whole picture.
     pub rays: u64,
     /// Errors of the setting against the reference.
     pub errors: SettingErrors,
-    /// Mean FLIP difference, 0 to 1, from the reference's display values. Noise of the reference
-    /// increases it.
-    pub flip: ConfidenceInterval,
 }
 
 /// Measurements of a ladder (quality setting) that changes the picture, rung by rung (level by
@@ -217,10 +196,6 @@ pub struct RungReport {
     pub flag: Option<String>,
     /// Time and error; `None` if a render takes too long, or the time ran out.
     pub measured: Option<MeasuredSetting>,
-    /// Error caused by this rung (quality level) alone: the root mean squared difference, in linear
-    /// radiance, from renders on the ladder's most exact rung with the same random numbers. `None`
-    /// if the two rungs cannot share random numbers, or if either was not measured.
-    pub own_error: Option<ConfidenceInterval>,
 }
 
 /// Costs of the rungs (quality levels) of a ladder that changes time and memory but not the
@@ -313,7 +288,6 @@ mod tests {
             ratio: time,
             rays: 1,
             errors,
-            flip: time,
         };
         RungReport {
             rung: name.to_owned(),
@@ -321,7 +295,6 @@ mod tests {
             in_use,
             flag: None,
             measured: Some(measured),
-            own_error: None,
         }
     }
 

@@ -86,12 +86,14 @@ impl ReadyScene {
         RenderOutput::from_film(&film, observer)
     }
 
-    /// Renders a new film with the given settings. They may differ from the prepared settings only
+    /// Renders a new film with the given settings: all tiles, or those with the given numbers in
+    /// ascending order. The settings may differ from the prepared settings only
     /// where the prepared scene does not depend on them: in crop, seed, samples, sampler,
     /// replicates, tiles and denoising.
     pub(crate) fn render_with_settings(
         &self,
         settings: &Settings,
+        tiles: Option<&[u32]>,
         observer: &dyn Observer,
     ) -> Film {
         debug_assert_eq!(
@@ -104,7 +106,10 @@ impl ReadyScene {
             settings,
             FilmPlan::new(settings, self.depends_on_seed(), self.has_ground()),
         );
-        let part = film.full_part();
+        let part = FilmPart {
+            selected_tiles: tiles.map(<[u32]>::to_vec),
+            ..film.full_part()
+        };
         each!(&self.prepared, prepared => self.render_with_integrator((prepared, &prepared.camera), settings, (&mut film, &part), observer));
         film
     }

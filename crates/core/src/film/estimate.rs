@@ -209,54 +209,25 @@ impl<'a> ReplicateStats<'a> {
     }
 }
 
-/// Mean radiance of a pixel, and the variance of this mean, per channel.
-pub(crate) type PixelMeanAndVariance = [[f64; 3]; 2];
-
 impl Film {
-    /// Returns for each pixel of a tile the mean radiance and the unbiased variance of this mean,
-    /// from the tile's complete replicates. Unlike in [`ReplicateStats::standard_errors`], small
-    /// variances are not corrected.
-    ///
-    /// `None` if fewer than two replicates of the tile are complete. Without random sampling, one
-    /// replicate suffices, and the variance is zero.
-    pub(crate) fn tile_means_and_variances(&self, tile: u32) -> Option<Vec<PixelMeanAndVariance>> {
-        let part = self.full_part();
-        let is_done = |replicate: &u32| {
-            self.unfinished_tiles(&FilmPart {
-                tiles: tile..tile + 1,
-                replicates: *replicate..*replicate + 1,
-                ..part.clone()
-            }) == 0
+    /// Returns the mean radiance of each pixel of a tile, one list per replicate; `None` if a
+    /// replicate of the tile is incomplete.
+    pub(crate) fn tile_replicates(&self, tile: u32) -> Option<Vec<Vec<[f32; 3]>>> {
+        let part = FilmPart {
+            tiles: tile..tile + 1,
+            ..self.full_part()
         };
-        let buffers: Vec<ReplicateBuffer> = part
-            .replicates
-            .clone()
-            .filter(is_done)
-            .map(|replicate| self.tile_buffer(tile, replicate))
-            .collect();
-        let stats = ReplicateStats::new(buffers.iter(), false);
-        let pixel = |pixel| {
-            let (mean, means) = (stats.mean(pixel).0, stats.replicate_deviations(pixel));
-            [
-                mean,
-                if self.plan().random {
-                    means.variance()
-                } else {
-                    [0.0; 3]
-                },
-            ]
-        };
-        let is_known = buffers.len() >= 2 || !self.plan().random && !buffers.is_empty();
-        is_known.then(|| {
+        let means = |replicate| {
+            let buffer = self.tile_buffer(tile, replicate);
+            let mean = |pixel: usize| {
+                let samples = f64::from(buffer.samples[pixel].max(1));
+                buffer.pixel_total(pixel).map(|sum| (sum / samples) as f32)
+            };
             (0..self.plan().tile_pixel_count(tile) as usize)
-                .map(pixel)
+                .map(mean)
                 .collect()
-        })
-    }
-
-    /// Returns the edge of a tile in pixels.
-    pub(crate) fn tile_size(&self) -> u32 {
-        self.plan().tile_size()
+        };
+        (self.unfinished_tiles(&part) == 0).then(|| part.replicates.map(means).collect())
     }
 }
 

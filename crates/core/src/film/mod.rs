@@ -46,7 +46,6 @@ pub use adaptive::DoubtfulErrorEstimate;
 pub(crate) use adaptive::ErrorProgress;
 pub(crate) use buffer::{Rect, ReplicateBuffer};
 pub use error_estimate::ErrorEstimate;
-pub(crate) use estimate::PixelMeanAndVariance;
 use estimate::ReplicateStats;
 pub(crate) use four_replicates::{BRIGHTEST, FourReplicates, FourReplicatesError};
 use identity::FilmIdentity;

@@ -188,11 +188,6 @@ impl FilmPlan {
         })
     }
 
-    /// Returns the edge of a tile in pixels.
-    pub fn tile_size(&self) -> u32 {
-        self.tile_size
-    }
-
     /// Returns the samples of a pixel.
     pub fn samples(&self) -> u32 {
         self.samples

@@ -56,8 +56,7 @@ fn ladder<'a>(report: &'a AccuracyReport, name: &str) -> &'a LadderReport {
         .unwrap_or_else(|| panic!("no {name}"))
 }
 
-/// Protects: each rung gets its true error, against the reference and alone: for n segments
-/// 2^(1−n), all of it bias. The rung in use is the scene's own setting and needs no flag.
+/// Protects: each rung gets its true error: for n segments 2^(1−n), all of it bias. The rung in use is the scene's own setting and needs no flag.
 #[test]
 fn errors_are_those_of_the_closed_form() {
     let report = measured(&corridor());
@@ -68,15 +67,11 @@ fn errors_are_those_of_the_closed_form() {
         let expected = 2_f64.powi(1 - n) - 2_f64.powi(-63);
         let measured = rung.measured.as_ref().expect("there is time");
         let errors = &measured.errors;
-        for (label, value) in [
-            ("rmse", errors.rmse.value),
-            ("alone", rung.own_error.expect("a pair").value),
-        ] {
-            assert!(
-                (value - expected).abs() < 1e-6,
-                "{label} of {n}: {value}, not {expected}"
-            );
-        }
+        let rmse = errors.rmse.value;
+        assert!(
+            (rmse - expected).abs() < 1e-6,
+            "{n}: {rmse}, not {expected}"
+        );
         for interval in [errors.relmse, errors.bias.expect("there is no chance")] {
             assert!(
                 (interval.value - expected * expected / 4.01).abs() < 1e-6,
@@ -328,7 +323,7 @@ fn a_reference_is_used_again() {
         ladder(report, "path-length")
             .rungs
             .iter()
-            .map(|rung| rung.own_error)
+            .map(|rung| rung.measured.as_ref().map(|measured| measured.errors))
             .collect::<Vec<_>>()
     };
     assert_eq!(lengths(&first), lengths(&second));

@@ -117,6 +117,17 @@ pub fn format_duration(seconds: f64) -> String {
     }
 }
 
+/// Formats seconds as a value of `--budget`, rounded up to tens of seconds, or to minutes from one
+/// minute on.
+pub fn format_budget(seconds: f64) -> String {
+    let rounded = 10.0 * (seconds / 10.0).ceil();
+    if rounded < 60.0 {
+        format!("{rounded}s")
+    } else {
+        format!("{}min", (seconds / 60.0).ceil())
+    }
+}
+
 /// Formats whole seconds: `8 s`, `3 min 20 s`, `2 h 5 min`.
 pub fn format_whole_seconds(seconds: u64) -> String {
     match seconds {

@@ -85,7 +85,7 @@ fn frontier_line(report: &AccuracyReport, flags: &[String]) -> PlotLine {
     PlotLine {
         name: "settings worth their time".to_owned(),
         points: named
-            .map(|((i, candidate), flags)| {
+            .filter_map(|((i, candidate), flags)| {
                 named_point(&candidate.measured, flags.clone(), format!("({i})"))
             })
             .collect(),
@@ -100,7 +100,9 @@ fn own_line(report: &AccuracyReport) -> PlotLine {
         name: name.clone(),
         is_dashed: true,
         is_unjoined: true,
-        points: vec![named_point(&report.own, name.clone(), name)],
+        points: named_point(&report.own, name.clone(), name)
+            .into_iter()
+            .collect(),
         ..PlotLine::default()
     }
 }
@@ -114,7 +116,7 @@ fn rung_lines(report: &AccuracyReport) -> impl Iterator<Item = PlotLine> {
         .iter()
         .map(|candidate| &candidate.measured)
         .chain([&report.own])
-        .map(to_plot_point)
+        .filter_map(to_plot_point)
         .collect();
     let is_drawn = |point: &PlotPoint| {
         drawn
@@ -155,7 +157,7 @@ fn ladder_line(ladder: &LadderReport) -> PlotLine {
         } else {
             label.clone()
         };
-        Some(named_point(rung.measured.as_ref()?, label, name))
+        named_point(rung.measured.as_ref()?, label, name)
     };
     PlotLine {
         name: name.to_owned(),
@@ -166,29 +168,33 @@ fn ladder_line(ladder: &LadderReport) -> PlotLine {
     }
 }
 
-/// Returns the point of a measured setting, with a label and a name.
-fn named_point(measured: &MeasuredSetting, label: String, name: String) -> PlotPoint {
-    PlotPoint {
+/// Returns the point of a measured setting, with a label and a name; `None` without a known error.
+fn named_point(measured: &MeasuredSetting, label: String, name: String) -> Option<PlotPoint> {
+    Some(PlotPoint {
         label: Some(label),
         name,
-        ..to_plot_point(measured)
-    }
+        ..to_plot_point(measured)?
+    })
 }
 
-/// Returns the position of a measured setting in the plot: time in seconds, and error. An error
-/// that is indistinguishable from zero is drawn at the upper end of its confidence interval.
-fn to_plot_point(measured: &MeasuredSetting) -> PlotPoint {
+/// Returns the position of a measured setting in the plot: time in seconds, and error; `None` if the
+/// error is not known. An error that is indistinguishable from zero is drawn at the upper end of its
+/// confidence interval.
+fn to_plot_point(measured: &MeasuredSetting) -> Option<PlotPoint> {
     let root = |value: f64| value.max(1e-12).sqrt();
     let error = &measured.errors.relmse;
+    if !error.map(f64::sqrt).is_known() {
+        return None;
+    }
     let is_bound = error.includes_zero();
     let y = if is_bound { error.high } else { error.value };
-    PlotPoint {
+    Some(PlotPoint {
         x: measured.seconds.value.max(1e-9),
         y: root(y),
         spread: [root(if is_bound { y } else { error.low }), root(error.high)],
         is_bound,
         ..PlotPoint::default()
-    }
+    })
 }
 
 /// Largest number of screen pixels along the edge of a picture's pixel.
@@ -309,7 +315,7 @@ impl AccuracyPage<'_> {
         )
     }
 
-    /// Formats the position of the shown tile within the whole picture; empty if whole pictures are
+    /// Formats the position of the shown part within the whole picture; empty if whole pictures are
     /// shown.
     fn tile_caption(&self, shown: &Picture) -> String {
         let ([x, y], Picture { width, height, .. }) = (self.report.tiles.shown, shown);
@@ -317,7 +323,7 @@ impl AccuracyPage<'_> {
             return String::new();
         }
         format!(
-            "<p class=\"soft\">Only a tile of the picture is shown: {width}×{height} pixels, from column {x} and row {y} (counted from 0) on, each pixel as a square.</p>\n"
+            "<p class=\"soft\">Only the part of the picture with the greatest noise is shown: {width}×{height} pixels, from column {x} and row {y} (counted from 0) on, each pixel as a square.</p>\n"
         )
     }
 

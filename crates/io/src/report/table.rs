@@ -323,22 +323,23 @@ pub fn wrap_text(text: &str, indent: usize, room: usize) -> String {
     lines.join(&format!("\n{}", " ".repeat(indent)))
 }
 
-/// Formats a value with its confidence interval. `number` formats each number. There are four
+/// Formats a value with its confidence interval. `number` formats each number. There are five
 /// forms:
 ///
+/// - an interval whose ends differ by more than a factor of three: `not known`
 /// - a value that is indistinguishable from zero: `<` and the upper end
-/// - an interval whose ends have the same text as the value, or an infinite interval: the value
-///   alone
+/// - an interval whose ends have the same text as the value: the value alone
 /// - an uncertainty below 30 %: the value and the percentage, as in `1.2 ±5 %`
 /// - any other interval: the value and both ends, as in `1.2 (0.6 to 2.4)`
 pub fn format_uncertain(interval: &ConfidenceInterval, number: impl Fn(f64) -> String) -> String {
+    if !interval.is_known() {
+        return "not known".to_owned();
+    }
     let value = number(interval.value);
     if interval.includes_zero() && interval.high > 0.0 {
         return format!("<{}", number(interval.high));
     }
-    if number(interval.low) == value && number(interval.high) == value
-        || !(interval.high - interval.low).is_finite()
-    {
+    if number(interval.low) == value && number(interval.high) == value {
         return value;
     }
     match interval.relative_half_width() {

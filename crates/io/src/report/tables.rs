@@ -3,12 +3,14 @@
 //! file formats, and effects. Terminal and page show the same sections.
 
 use raywright_core::accuracy::{
-    ConfidenceInterval, EffectCost, EffectCosts, LadderReport, MeasuredSetting, OutputFormatReport,
-    RungCost, RungReport,
+    ConfidenceInterval, EffectCost, EffectCosts, LadderReport, MeasuredSetting,
+    MeasuredSettingWithFlags, OutputFormatReport, RungCost, RungReport,
 };
 use raywright_core::effects::{EffectAssessment, EffectReport, EffectStatus};
 
-use super::numbers::{format_change, format_number, format_precise_duration, format_spread};
+use super::numbers::{
+    format_budget, format_change, format_number, format_precise_duration, format_spread,
+};
 use super::page::AccuracyPage;
 use super::section::ReportSection;
 use super::table::{ColumnAlignment, Table, TableRow, format_uncertain};
@@ -62,8 +64,7 @@ impl AccuracyPage<'_> {
         let named = (1..).zip(self.report.frontier.iter().zip(self.flags));
         let rows = named.map(|(i, (candidate, flags))| {
             // The section of rungs has the other measured values.
-            let [time, ratio, error, _, _, light, ..] =
-                self.setting_cells(&candidate.measured, None);
+            let [time, ratio, error, _, _, light] = setting_cells(&candidate.measured);
             let cells = [
                 format!("({i})"),
                 time,
@@ -76,7 +77,7 @@ impl AccuracyPage<'_> {
         });
         let mut columns = number_columns::<6>();
         columns[5] = ColumnAlignment::Left;
-        let [time, ratio, error, _, _, light, ..] = SETTING_HEADINGS;
+        let [time, ratio, error, _, _, light] = SETTING_HEADINGS;
         let names = ["", time, ratio, error, light, "flags"];
         Some(ReportSection {
             title: "Worth their time".to_owned(),
@@ -109,73 +110,39 @@ impl AccuracyPage<'_> {
 
     /// Returns the section of the measured rungs (quality levels), and the lists of all other rungs.
     fn rung_section(&self) -> ReportSection {
-        let [time, ratio, error, rmse, bias, light, flip, alone] = SETTING_HEADINGS;
-        let names = ["rung", time, ratio, error, rmse, bias, light, flip, alone];
         ReportSection {
             title: "Rungs, changed one at a time".to_owned(),
             explanation: "A rung is a quality level of a setting; the setting is a ladder. Times are CPU times, summed over all threads, at the scene's \
-                 own picture size. Error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01) for the picture I and the reference R. Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. Alone: root mean square difference from the most exact rung of the same ladder, rendered with \
-                 the same random numbers. <: indistinguishable from the noise of the reference; the number is the upper end of the interval."
+                 own picture size. Error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01) for the picture I and the reference R. Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. \
+                 <: indistinguishable from zero; the number is the upper end of the interval. Not known: the ends of the interval differ by more than a factor of 3."
                 .to_owned(),
-            table: Table::new(number_columns(), names, self.rung_rows()).without_empty_columns(),
+            table: setting_table("rung", self.rung_rows()),
             notes: self.list_other_rungs(),
         }
     }
 
-    /// Returns the rows of all measured rungs: the scene's own setting, the numbers of samples, the
-    /// other ladders.
+    /// Returns the rows of all measured rungs: the setting in use, the numbers of samples, the other
+    /// ladders.
     fn rung_rows(&self) -> Vec<TableRow> {
-        let named = |name: String, measured: &MeasuredSetting| {
-            [name].into_iter().chain(self.setting_cells(measured, None))
-        };
-        let mut rows = vec![TableRow::with_class(
-            "own",
-            named("as it is".to_owned(), &self.report.own),
-        )];
-        let (samples, others): (Vec<_>, Vec<_>) = self
-            .report
-            .ladders
-            .iter()
-            .partition(|ladder| ladder.ladder == "samples");
-        rows.extend(
-            samples
-                .into_iter()
-                .flat_map(|ladder| self.ladder_rows(ladder)),
-        );
-        let base = self.report.base.as_ref();
-        rows.extend(base.map(|base| {
-            TableRow::with_class(
-                "ladder",
-                named(
-                    format!("all below: {} samples", base.samples),
-                    &base.measured,
-                ),
-            )
-        }));
-        rows.extend(
-            others
-                .into_iter()
-                .flat_map(|ladder| self.ladder_rows(ladder)),
-        );
-        rows
+        let own = setting_cells(&self.report.own);
+        let own = TableRow::with_class("own", ["as it is".to_owned()].into_iter().chain(own));
+        let ladders = self.report.ladders.iter();
+        [own]
+            .into_iter()
+            .chain(ladders.flat_map(|ladder| self.ladder_rows(ladder)))
+            .collect()
     }
 
     /// Returns the section of settings that each change several rungs; `None` without settings.
     fn combination_section(&self) -> Option<ReportSection> {
-        let [time, ratio, error, rmse, bias, light, flip, _] = SETTING_HEADINGS;
-        let names = [time, ratio, error, rmse, bias, light, flip, "rungs"];
-        let mut columns = [ColumnAlignment::Right; 8];
-        // The names may be long.
-        columns[7] = ColumnAlignment::Left;
-        let rows = self.report.combinations.iter().map(|candidate| {
-            let mut cells = self.setting_cells(&candidate.measured, None);
-            cells[7] = candidate.name();
-            cells.into_iter().collect()
-        });
+        let row = |candidate: &MeasuredSettingWithFlags| {
+            let cells = setting_cells(&candidate.measured);
+            [candidate.name()].into_iter().chain(cells).collect()
+        };
         (!self.report.combinations.is_empty()).then(|| ReportSection {
             title: "Several rungs, changed together".to_owned(),
             explanation: String::new(),
-            table: Table::new(columns, names, rows).without_empty_columns(),
+            table: setting_table("rungs", self.report.combinations.iter().map(row)),
             notes: Vec::new(),
         })
     }
@@ -211,6 +178,10 @@ impl AccuracyPage<'_> {
             .into_iter()
             .filter(|(_, names)| !names.is_empty())
             .map(|(words, names)| format!("{words}: {}.", names.join(", ")))
+            .chain(self.report.needs.map(|seconds| {
+                let budget = format_budget(seconds);
+                format!("What is not known, `--budget {budget}` would probably make known.")
+            }))
             .collect()
     }
 
@@ -230,33 +201,13 @@ impl AccuracyPage<'_> {
                 &rung_report.rung,
                 rung_report.about,
                 rung_report.in_use,
-                self.setting_cells(rung_report.measured.as_ref()?, rung_report.own_error),
+                setting_cells(rung_report.measured.as_ref()?),
             ))
         };
         [ladder_heading(ladder.ladder)]
             .into_iter()
             .chain(rung_reports.into_iter().filter_map(row))
             .collect()
-    }
-
-    /// Returns the cells of a measured setting, in the order of [`SETTING_HEADINGS`].
-    fn setting_cells(
-        &self,
-        measured: &MeasuredSetting,
-        own_error: Option<ConfidenceInterval>,
-    ) -> [String; 8] {
-        let errors = &measured.errors;
-        let bias = errors.bias.map(|bias| bias.map(f64::sqrt));
-        [
-            format_uncertain(&measured.seconds, format_precise_duration),
-            format_interval(measured.ratio),
-            format_interval(errors.relmse.map(f64::sqrt)),
-            format_interval(errors.rmse),
-            bias.map(format_interval).unwrap_or_default(),
-            format_light_change(&errors.light),
-            format_interval(measured.flip),
-            own_error.map(format_interval).unwrap_or_default(),
-        ]
     }
 
     /// Returns the section of the ladders (settings with ordered levels) that change time and
@@ -321,16 +272,32 @@ impl AccuracyPage<'_> {
 }
 
 /// Headings of the values of a measured setting.
-const SETTING_HEADINGS: [&str; 8] = [
-    "CPU time",
-    "× in use",
-    "error",
-    "RMSE",
-    "bias",
-    "light",
-    "FLIP",
-    "alone",
-];
+const SETTING_HEADINGS: [&str; 6] = ["CPU time", "× in use", "error", "RMSE", "bias", "light"];
+
+/// Returns the table of measured settings, with the heading of the first column.
+fn setting_table(first: &str, rows: impl IntoIterator<Item = TableRow>) -> Table {
+    let [time, ratio, error, rmse, bias, light] = SETTING_HEADINGS;
+    let names = [first, time, ratio, error, rmse, bias, light];
+    Table::new(number_columns(), names, rows).without_empty_columns()
+}
+
+/// Returns the cells of a measured setting, in the order of [`SETTING_HEADINGS`]. A bound of the
+/// bias above the error says nothing.
+fn setting_cells(measured: &MeasuredSetting) -> [String; 6] {
+    let errors = &measured.errors;
+    let bias = errors
+        .bias
+        .filter(|bias| !bias.includes_zero() || bias.high < errors.relmse.value);
+    [
+        format_uncertain(&measured.seconds, format_precise_duration),
+        format_interval(measured.ratio),
+        format_interval(errors.relmse.map(f64::sqrt)),
+        format_interval(errors.rmse),
+        bias.map(|bias| format_interval(bias.map(f64::sqrt)))
+            .unwrap_or_default(),
+        format_light_change(&errors.light),
+    ]
+}
 
 /// Returns the cells of a rung that changes no picture: time, its ratio, preparation and memory.
 fn cost_cells(rung_cost: &RungCost) -> Vec<String> {

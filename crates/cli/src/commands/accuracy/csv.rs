@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 /// Columns, each with the places of its figure in the JSON of the different kinds of lines.
-const COLUMNS: [(&str, &[&str]); 33] = [
+const COLUMNS: [(&str, &[&str]); 32] = [
     ("ladder", &["/ladder"]),
     ("rung", &["/rung", "/effect"]),
     ("in_use", &["/in_use"]),
@@ -65,8 +65,7 @@ const COLUMNS: [(&str, &[&str]); 33] = [
     ("light", &["/measured/errors/light/value"]),
     ("light_low", &["/measured/errors/light/low"]),
     ("light_high", &["/measured/errors/light/high"]),
-    ("flip", &["/measured/flip/value", "/flip"]),
-    ("own_error", &["/own_error/value"]),
+    ("flip", &["/flip"]),
     ("preparing_seconds", &["/paid/preparing/median"]),
     ("geometry_bytes", &["/paid/geometry"]),
     ("same_bits", &["/paid/same_bits"]),

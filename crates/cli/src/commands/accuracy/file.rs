@@ -18,10 +18,10 @@ use crate::console;
 use crate::machine::processor_name;
 use crate::origin::command_line;
 
-/// Version of the layout of [`AccuracyDocument`]. Since version 4, all errors are roots of mean
-/// squares. Since version 3, errors and times apply to the picture at its full size; they are
-/// estimated from tiles, with confidence intervals.
-const FORMAT: u32 = 4;
+/// Version of the layout of [`AccuracyDocument`]. Since version 5, intervals state whether they are
+/// `known`, and rungs are figures of the setting in use, without `base`, `flip` and `own_error`.
+/// Since version 4, all errors are roots of mean squares.
+const FORMAT: u32 = 5;
 
 /// Content of an output file of `accuracy`, selected by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -199,10 +199,10 @@ fn describe_conditions(
         .map(|name| format!("{name}, "))
         .unwrap_or_default();
     let reference = &report.reference;
-    let measured = match (tiles.measured, reference.tiles) {
-        (total, _) if total >= tiles.all => "the whole picture".to_owned(),
-        (total, _) => format!(
-            "{total} of the picture's {} tiles of {edge}x{edge} pixels, and fewer tiles for some settings",
+    let measured = match tiles.measured {
+        total if total >= tiles.all => "the whole picture".to_owned(),
+        total => format!(
+            "noise by the errors that whole pictures state, and rungs on {total} of the picture's {} tiles of {edge}x{edge} pixels",
             tiles.all,
             edge = tiles.edge
         ),
@@ -219,8 +219,7 @@ fn describe_conditions(
             "{machine}{threads}; times are {clock} without preparation; intervals have 95 % confidence"
         ),
         format!(
-            "reference picture{}: double precision (f64), the most exact rung of every ladder that is fast enough, {} samples a pixel; standard error {}, \
-             subtracted",
+            "reference picture{}: double precision (f64), the most exact rung of every ladder that is fast enough, {} samples a pixel; standard error {}",
             if reference.kept {
                 " (of an earlier run)"
             } else {

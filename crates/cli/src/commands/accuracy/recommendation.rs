@@ -2,7 +2,9 @@
 //! settings.
 
 use raywright_core::accuracy::{AccuracyReport, MeasuredSetting, Recommendation, Recommendations};
-use raywright_io::report::{format_duration, format_significant_digits, format_uncertain};
+use raywright_io::report::{
+    format_budget, format_duration, format_significant_digits, format_uncertain,
+};
 
 use crate::origin::quote_for_shell;
 
@@ -83,77 +85,79 @@ impl RenderCommand {
     }
 }
 
-/// Formats the summary: error and time of the scene as it is, then the setting with half the error,
-/// and the setting with the same error in less time.
+/// Formats the summary: error and time of the setting in use, then the recommended settings.
 pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -> String {
     let measured = &report.own;
     let time = format!(
         "{} of CPU time",
         format_uncertain(&measured.seconds, format_duration)
     );
-    if !measured.errors.relmse.high.is_finite() {
-        return "The time was too short to measure the error of the setting in use: give a larger --budget.".to_owned();
-    }
-    if measured.errors.relmse.includes_zero() {
-        let most = format_significant_digits(measured.errors.relmse.high.sqrt(), 2);
+    let error = measured.errors.relmse.map(f64::sqrt);
+    if error.is_known() && error.includes_zero() {
+        let most = format_significant_digits(error.high, 2);
         return format!(
             "Setting in use: {time}, and an error of at most {most}, which is too small to be distinguished from the noise of the reference."
         );
     }
-    format!(
-        "Setting in use: error {}, {time}. {} {}",
-        format_error(measured),
-        recommend_half_error(report, command),
-        recommend_same_error(report, command)
-    )
+    let Recommendations {
+        half_the_error,
+        same_error,
+        biased,
+    } = &report.recommendations;
+    let advice = |advice: &Option<Recommendation>, ratio: f64, what: &str, none: &str| match advice
+    {
+        Some(advice) => {
+            let doubt = if advice.error.high > ratio {
+                "Probably "
+            } else {
+                ""
+            };
+            let what = format!("{doubt}{what}");
+            let (first, rest) = what.split_at(1);
+            let first = first.to_uppercase();
+            format!(" {first}{rest}: {}.", format_advice(advice, command))
+        }
+        None => format!(" No setting is known to have {none}."),
+    };
+    let mut text = format!("Setting in use: error {}, {time}.", format_error(measured));
+    text += &advice(
+        half_the_error,
+        SURE_HALF,
+        "half the error",
+        "half the error",
+    );
+    text += &advice(
+        same_error,
+        SURE_SAME,
+        "the same error",
+        "the same error in clearly less time",
+    );
+    if let Some(biased) = biased {
+        let light = 100.0 * (biased.measured.errors.light.value - 1.0);
+        text += &format!(
+            " Faster, with bias: {}, and {light:+.1} % light.",
+            format_advice(biased, command)
+        );
+    }
+    if let Some(seconds) = report.needs {
+        text += &format!(
+            " What is not known, `--budget {}` would probably make known.",
+            format_budget(seconds)
+        );
+    }
+    text
 }
+
+/// Ratios of root errors below which the upper end of an interval makes half the error, and the same
+/// error, certain: those of 4.3 and of 1.1 times the noise.
+const SURE_HALF: f64 = 0.6;
+const SURE_SAME: f64 = 1.05;
 
 /// Formats the error of a measured setting (root relMSE) with its interval.
 fn format_error(measured: &MeasuredSetting) -> String {
     format_uncertain(&measured.errors.relmse.map(f64::sqrt), |value| {
         format_significant_digits(value, 2)
     })
-}
-
-/// Recommends the setting with half the error of the setting in use, or more samples or a larger
-/// budget where no such setting was measured.
-fn recommend_half_error(report: &AccuracyReport, command: &RenderCommand) -> String {
-    let Recommendations {
-        half_the_error,
-        half_needs,
-        ..
-    } = &report.recommendations;
-    match (half_the_error, half_needs, suggest_sample_count(report)) {
-        (Some(advice), ..) => format!("Half the error: {}.", format_advice(advice, command)),
-        (None, Some(seconds), _) => format!(
-            "The measurements are too uncertain to name a setting with half the error: {}.",
-            suggest_budget(*seconds)
-        ),
-        (None, None, Some(samples)) => {
-            format!(
-                "No setting with half the error was measured; `--spp {samples}` should reach half the error for 4 x the time."
-            )
-        }
-        (None, None, None) => "No measured setting has half the error.".to_owned(),
-    }
-}
-
-/// Recommends the setting with the error of the setting in use in less time, or a larger budget
-/// where no such setting is certain.
-fn recommend_same_error(report: &AccuracyReport, command: &RenderCommand) -> String {
-    let Recommendations {
-        same_error,
-        same_needs,
-        ..
-    } = &report.recommendations;
-    match (same_error, same_needs) {
-        (Some(advice), _) => format!("The same error: {}.", format_advice(advice, command)),
-        (None, Some(seconds)) => format!(
-            "The measurements are too uncertain to name a setting with the same error in less time: {}.",
-            suggest_budget(*seconds)
-        ),
-        (None, None) => "No measured setting has the same error in clearly less time.".to_owned(),
-    }
 }
 
 /// Formats a recommended setting: its flags, its error, and its time relative to the setting in
@@ -165,44 +169,6 @@ fn format_advice(advice: &Recommendation, command: &RenderCommand) -> String {
         format_error(&advice.measured),
         format_uncertain(&advice.time, |value| format_significant_digits(value, 2))
     )
-}
-
-/// Suggests the budget in seconds that may make a setting certain.
-fn suggest_budget(seconds: f64) -> String {
-    format!(
-        "`--budget {}` may find such a setting",
-        format_budget_flag(seconds)
-    )
-}
-
-/// Formats seconds as a value of `--budget`, rounded up to tens of seconds, or to minutes from one
-/// minute on.
-fn format_budget_flag(seconds: f64) -> String {
-    let step = if seconds < 60.0 { 10.0 } else { 60.0 };
-    let rounded = (seconds / step).ceil() * step;
-    if rounded < 60.0 {
-        format!("{rounded}s")
-    } else {
-        format!("{}min", (rounded / 60.0).ceil())
-    }
-}
-
-/// Returns four times the current number of samples, which halve an error that is pure noise;
-/// `None` if a setting with as many samples was measured.
-fn suggest_sample_count(report: &AccuracyReport) -> Option<u32> {
-    let samples = report
-        .ladders
-        .iter()
-        .find(|ladder| ladder.ladder == "samples")?;
-    let requested = samples.in_use.parse::<u32>().ok()?.checked_mul(4)?;
-    let was_measured = |rung: &raywright_core::accuracy::RungReport| {
-        rung.measured.is_some()
-            && rung
-                .rung
-                .parse::<u32>()
-                .is_ok_and(|samples| samples >= requested)
-    };
-    (!samples.rungs.iter().any(was_measured)).then_some(requested)
 }
 
 #[cfg(test)]
@@ -249,8 +215,8 @@ mod tests {
     }
 
     /// Protects: the summary has the current error and time, and the error and time of each
-    /// recommended setting, as in the tables. If no setting qualifies, the summary states this; it
-    /// names more samples if they were not measured, and a budget if a setting is in doubt.
+    /// recommended setting, as in the tables, with its doubt and its change of light. If no setting
+    /// qualifies, the summary states this, and names a budget if an error is not known.
     #[test]
     fn the_recommendation_is_a_sentence() {
         let command = RenderCommand::new("x.glb", &[]);
@@ -261,67 +227,42 @@ mod tests {
             low: 0.9 * value,
             high: 1.1 * value,
         };
-        let advice = |flag: &str, time: f64, square: f64| {
+        let advice = |flag: &str, time: f64, square: f64, ratio: f64| {
             let mut measured = measured.clone();
             measured.errors.relmse = value_of(square);
             Some(Recommendation {
                 flags: words(&[flag]),
                 time: value_of(time),
-                error: value_of(9.0),
+                error: value_of(ratio),
                 measured,
             })
         };
         let own = "Setting in use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time.";
         report.recommendations = Recommendations {
-            half_the_error: advice("--rung samples=256", 3.9, 0.0225),
-            same_error: advice("--rung clamp=10", 0.255, 0.08),
-            half_needs: Some(1.0),
-            same_needs: None,
+            half_the_error: advice("--rung samples=256", 3.9, 0.0225, 0.5),
+            same_error: advice("--rung roulette=early", 0.755, 0.08, 1.0),
+            biased: advice("--rung clamp=10", 0.255, 0.08, 0.9),
         };
         assert_eq!(
             format_recommendation(&report, &command),
             format!(
-                "{own} Half the error: `--spp 256` has the error 0.15 ±5 % for 3.9 ±10 % x the time. The same error: `--rung clamp=10` has the error 0.28 ±5 % for 0.26 \
-                 ±10 % x the time."
-            )
-        );
-        report.recommendations = Recommendations {
-            half_needs: Some(41.0),
-            same_needs: Some(61.0),
-            ..Recommendations::default()
-        };
-        assert_eq!(
-            format_recommendation(&report, &command),
-            format!(
-                "{own} The measurements are too uncertain to name a setting with half the error: `--budget 50s` may find such a setting. \
-                 The measurements are too uncertain to name a setting with the same error in less time: `--budget 2min` may find such a setting."
+                "{own} Half the error: `--spp 256` has the error 0.15 ±5 % for 3.9 ±10 % x the time. Probably the same error: `--rung roulette=early` has the error 0.28 ±5 % for 0.76 \
+                 ±10 % x the time. Faster, with bias: `--rung clamp=10` has the error 0.28 ±5 % for 0.26 ±10 % x the time, and -8.1 % light."
             )
         );
         report.recommendations = Recommendations::default();
+        report.needs = Some(61.0);
+        report.own.errors.relmse.low = 0.004;
         assert_eq!(
             format_recommendation(&report, &command),
-            format!(
-                "{own} No measured setting has half the error. No measured setting has the same error in clearly less time."
-            )
-        );
-        report.ladders[0].ladder = "samples";
-        report.ladders[0].in_use = "64".to_owned();
-        assert!(
-            format_recommendation(&report, &command)
-                .contains("No setting with half the error was measured; `--spp 256` should reach half the error for 4 x the time.")
-        );
-        report.ladders[0].rungs[0].rung = "256".to_owned();
-        assert!(
-            format_recommendation(&report, &command)
-                .contains("No measured setting has half the error.")
+            "Setting in use: error not known, 25.0 s ±10 % of CPU time. No setting is known to have half the error. No setting is known to have the same error in clearly less time. \
+             What is not known, `--budget 2min` would probably make known."
         );
         report.own.errors.relmse.low = 0.0;
         assert_eq!(
             format_recommendation(&report, &command),
             "Setting in use: 25.0 s ±10 % of CPU time, and an error of at most 0.4, which is too small to be distinguished from the noise of the reference."
         );
-        report.own.errors.relmse.high = f64::INFINITY;
-        assert!(format_recommendation(&report, &command).starts_with("The time was too short"));
     }
 
     /// Protects: the recommended flags select exactly the rungs (quality levels) of the measured

@@ -1,0 +1,214 @@
+//! Error of noise by the number of samples, from the claims of whole pictures: the errors that
+//! `render` states for them.
+//!
+//! A picture of n samples consists of R independent replicates of k = n/R samples each. Its squared
+//! error is V(k)/R, where V is the squared error of a replicate. So a picture of four replicates
+//! also tells the errors of pictures with a quarter of its samples.
+
+use super::estimate::ConfidenceInterval;
+use crate::film::{ErrorEstimate, EstimateDoubt, Uncertainty};
+use crate::settings::default_replicates;
+
+/// Exponent of the law V(k) = b/kᵖ from one number of samples to another, and its standard error:
+/// independent samples have 1, stratified ones more where pictures are smooth.
+const EXPONENT: f64 = 1.1;
+const EXPONENT_ERROR: f64 = 0.12;
+/// Standard error of the logarithm of an error besides that of its claim, by the seed of another
+/// picture; and where a few pixels carry the error.
+const SEED_ERROR: f64 = 0.03;
+const FEW_PIXELS_ERROR: f64 = 0.1;
+/// Greatest number of samples of a replicate for which the curve is made to fall.
+const MOST_SAMPLES: u32 = 1 << 16;
+
+/// Claim of a whole picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Claim {
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Number of replicates.
+    pub replicates: u32,
+    /// Claimed root mean squared error: relative, or in radiance.
+    pub error: ErrorEstimate,
+    pub doubt: Option<EstimateDoubt>,
+}
+
+impl Claim {
+    /// Returns the claims of a picture: relative, and in radiance.
+    pub fn from_uncertainty(samples: u32, of: &Uncertainty) -> [Self; 2] {
+        [of.root_relmse, of.rmse].map(|error| Self {
+            samples,
+            replicates: of.replicates,
+            error,
+            doubt: of.doubt,
+        })
+    }
+
+    /// Returns the claimed squared error. A claim that a few pixels carry has a wider interval; light
+    /// that paths hit by chance leaves the error without an upper end.
+    pub fn square(&self) -> ConfidenceInterval {
+        let ErrorEstimate {
+            value, low, high, ..
+        } = self.error;
+        let claim = ConfidenceInterval { value, low, high };
+        let with_error = |error: f64| {
+            let sigma = libm::hypot(claim.logarithmic_error(), error);
+            ConfidenceInterval::from_logarithm(value, sigma)
+        };
+        let claim = match self.doubt {
+            Some(EstimateDoubt::NearlyBlack) => ConfidenceInterval::UNKNOWN,
+            _ if high == 0.0 => claim,
+            Some(EstimateDoubt::LightByChance) => ConfidenceInterval {
+                high: f64::INFINITY,
+                ..claim
+            },
+            Some(EstimateDoubt::FewPixels) => with_error(FEW_PIXELS_ERROR),
+            _ => with_error(SEED_ERROR),
+        };
+        claim.map(|error| error * error)
+    }
+}
+
+/// Squared error of noise for every number of samples.
+#[derive(Clone, Debug)]
+pub(super) struct NoiseCurve {
+    claims: Vec<Claim>,
+}
+
+impl NoiseCurve {
+    /// Returns the curve through claims of one setting; `None` without a claim.
+    pub fn new(claims: Vec<Claim>) -> Option<Self> {
+        (!claims.is_empty()).then_some(Self { claims })
+    }
+
+    /// Returns the squared error of noise of a picture with this number of samples per pixel: its own
+    /// claim, unless larger pictures show that it missed light.
+    pub fn square(&self, samples: u32) -> ConfidenceInterval {
+        let replicates = default_replicates(samples);
+        let (square, error) = self.square_of_picture(samples);
+        let own = self.claims.iter().map(|claim| (claim, claim.square()));
+        let mut own = own.filter(|(claim, own)| {
+            (claim.samples, claim.replicates) == (samples, replicates) && own.high >= square
+        });
+        match own.next() {
+            Some((_, own)) => own,
+            None if square == 0.0 => ConfidenceInterval::from_exact(0.0),
+            None => ConfidenceInterval::from_logarithm(square, error),
+        }
+    }
+
+    /// Returns the ratio of the squared errors of two numbers of samples, which is known better than
+    /// either.
+    pub fn ratio(&self, samples: u32, other: u32) -> ConfidenceInterval {
+        if samples == other {
+            return ConfidenceInterval::from_exact(1.0);
+        }
+        let [above, below] = [samples, other].map(|samples| self.square_of_picture(samples).0);
+        let distance = libm::log(f64::from(samples) / f64::from(other)).abs();
+        ConfidenceInterval::from_logarithm(above / below, EXPONENT_ERROR * distance)
+    }
+
+    /// Returns the squared error of a picture, with the standard error of its logarithm. The squared
+    /// error of a replicate falls at least as the inverse of its samples: a claim of few samples may
+    /// have missed rare light that more samples found.
+    fn square_of_picture(&self, samples: u32) -> (f64, f64) {
+        let replicates = f64::from(default_replicates(samples));
+        let own = f64::from(samples) / replicates;
+        let (mut square, error) = self.square_of_replicate(own);
+        let more = (0..=MOST_SAMPLES.ilog2()).map(|power| f64::from(1 << power));
+        for samples in more.filter(|&samples| samples > own) {
+            square = square.max(self.square_of_replicate(samples).0 * samples / own);
+        }
+        (square / replicates, error)
+    }
+
+    /// Returns V for a number of samples, with the standard error of its logarithm. Each claim tells
+    /// it, the better the nearer its own number is.
+    fn square_of_replicate(&self, samples: f64) -> (f64, f64) {
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for claim in &self.claims {
+            let (square, replicates) = (claim.square(), f64::from(claim.replicates));
+            let distance = libm::log(samples * replicates / f64::from(claim.samples));
+            let value = libm::log(square.value * replicates) - EXPONENT * distance;
+            let error = libm::hypot(square.logarithmic_error(), EXPONENT_ERROR * distance);
+            // A claim of zero is exact, and has no logarithm.
+            let weight = 1.0 / (error * error).max(1e-12);
+            if square.high == 0.0 {
+                return (0.0, 0.0);
+            }
+            if value.is_finite() && weight > 0.0 {
+                sum += weight * value;
+                weights += weight;
+            }
+        }
+        (libm::exp(sum / weights), (1.0 / weights).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn claim(samples: u32, value: f64) -> Claim {
+        Claim {
+            samples,
+            replicates: 4,
+            error: ErrorEstimate {
+                value,
+                low: 0.95 * value,
+                high: 1.05 * value,
+                carriers: 1e4,
+            },
+            doubt: None,
+        }
+    }
+
+    /// Protects: claims that fall as 1/√n give errors that do, within the exponent that is assumed, and
+    /// the claim of a picture is its error. A picture of 16 samples in four replicates tells the error
+    /// of one replicate of 4.
+    #[test]
+    fn the_curve_is_that_of_the_samples() {
+        let curve = NoiseCurve::new(vec![claim(16, 0.2), claim(64, 0.1)]).expect("claims");
+        for (samples, expected) in [(1, 0.8), (4, 0.4), (16, 0.2), (64, 0.1), (256, 0.05)] {
+            let square = curve.square(samples).map(f64::sqrt);
+            assert!(
+                (square.value / expected - 1.0).abs() < 0.08,
+                "{samples}: {square:?}"
+            );
+            assert!(square.low < expected && expected < square.high);
+        }
+        let own = curve.square(64).map(f64::sqrt);
+        assert!(
+            (own.value - 0.1).abs() < 1e-12 && own.high < 0.108,
+            "{own:?}"
+        );
+        assert!((curve.ratio(256, 64).value - 0.25).abs() < 0.04);
+        let one = NoiseCurve::new(vec![claim(16, 0.2)]).expect("a claim");
+        assert!((one.square(4).value.sqrt() - 0.4).abs() < 1e-9);
+    }
+
+    /// Protects: more samples are never told worse, whatever a picture of few samples missed, and a
+    /// doubted claim is less certain.
+    #[test]
+    fn more_samples_are_never_worse() {
+        for few in [0.05, 0.1, 0.3, 2.0] {
+            let curve = NoiseCurve::new(vec![claim(4, few), claim(16, 0.5 * few), claim(64, 0.1)]);
+            let curve = curve.expect("claims");
+            let errors = [1, 4, 16, 64, 256, 1024].map(|samples| curve.square(samples).value);
+            assert!(errors.is_sorted_by(|a, b| a > b), "{few}: {errors:?}");
+        }
+        let doubted = Claim {
+            doubt: Some(EstimateDoubt::FewPixels),
+            ..claim(64, 0.1)
+        };
+        assert!(doubted.square().logarithmic_error() > claim(64, 0.1).square().logarithmic_error());
+        let dark = Claim {
+            doubt: Some(EstimateDoubt::NearlyBlack),
+            ..claim(64, 0.1)
+        };
+        let by_chance = Claim {
+            doubt: Some(EstimateDoubt::LightByChance),
+            ..claim(64, 0.1)
+        };
+        assert!(!dark.square().is_known() && !by_chance.square().is_known());
+    }
+}

@@ -1,0 +1,237 @@
+//! The settings that a measurement may try: the rungs of the ladders that the scene reaches.
+
+use super::renderer::SettingRenderer;
+use super::setting::RungSetting;
+use crate::dispatch::find_collapsed_objects;
+use crate::effects::{EffectSet, assess_effects};
+use crate::ladder::{Ladder, RungChoice, RungValue, applicable_ladders, needed_effects};
+use crate::scene::Scene;
+use crate::settings::{Sampling, Settings};
+
+/// Samples per pixel of trials on tiles, if the setting in use has more: a change is as visible with
+/// few samples, and more tiles can be rendered.
+pub(super) const TILE_SAMPLES: u32 = 16;
+
+/// Settings of a scene: sets of rungs that differ from the setting in use.
+pub(super) struct SettingSpace<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    /// Ladders that change the picture, the most important first.
+    pub ladders: Vec<Ladder>,
+    /// Ladders that change time and memory alone.
+    pub cost_ladders: Vec<Ladder>,
+    /// Effects that the scene needs.
+    effects: EffectSet,
+    /// Rungs whose number format cannot represent the scene. They have no picture.
+    unstorable: Vec<RungChoice>,
+    /// Setting to which rungs are applied on tiles: the one in use, or one of fewer samples.
+    pub baseline: RungSetting,
+    /// Rungs of the reference.
+    pub exact: RungSetting,
+}
+
+impl<'a> SettingSpace<'a> {
+    /// Returns the settings of the scene of a renderer.
+    pub fn new(renderer: &SettingRenderer<'a>) -> Self {
+        let SettingRenderer {
+            scene, settings, ..
+        } = *renderer;
+        let effects = assess_effects(scene, settings);
+        let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) =
+            applicable_ladders(scene, settings, &effects)
+                .filter(|&ladder| ladder != Ladder::Output)
+                .partition(|ladder| ladder.changes_pictures());
+        let first = [
+            Ladder::Samples,
+            Ladder::Reconstruction,
+            Ladder::Integrator,
+            Ladder::Roulette,
+            Ladder::PathLength,
+            Ladder::Clamp,
+            Ladder::LightSampling,
+        ];
+        pictured.sort_by_key(|ladder| {
+            first
+                .iter()
+                .position(|other| other == ladder)
+                .unwrap_or(first.len())
+        });
+        let is_unstorable = |&choice: &RungChoice| {
+            let (scene, settings) = RungSetting::from_rung(choice).apply(scene, settings);
+            !find_collapsed_objects(&scene, settings.precision).is_empty()
+        };
+        let sampling = settings.sampling;
+        let fewer = Ladder::Samples.choices().find(|&choice| {
+            !sampling.is_fixed()
+                && sampling.samples_per_pixel() > TILE_SAMPLES
+                && choice.value() == RungValue::Samples(TILE_SAMPLES)
+        });
+        Self {
+            scene,
+            settings,
+            ladders: pictured,
+            cost_ladders: priced,
+            effects: needed_effects(&effects),
+            unstorable: Ladder::Precision.choices().filter(is_unstorable).collect(),
+            baseline: fewer.map(RungSetting::from_rung).unwrap_or_default(),
+            exact: RungSetting::default(),
+        }
+    }
+
+    /// Returns the rungs of a ladder that change this scene's picture and whose number format can
+    /// represent the scene, from fast to exact.
+    pub fn applicable_rungs(&self, ladder: Ladder) -> Vec<RungChoice> {
+        let is_applicable = |choice: &RungChoice| {
+            choice.changes_picture(self.effects) && !self.unstorable.contains(choice)
+        };
+        ladder.choices().filter(is_applicable).collect()
+    }
+
+    /// Returns the name of a ladder's rung in use.
+    pub fn rung_in_use(&self, ladder: Ladder) -> String {
+        ladder.current_rung_name(self.scene, self.settings)
+    }
+
+    /// Whether a rung is the one in use.
+    pub fn is_in_use(&self, choice: RungChoice) -> bool {
+        choice.rung() == self.rung_in_use(choice.ladder())
+    }
+
+    /// Returns the settings that change the number of samples alone, by ascending number, with the
+    /// one in use.
+    pub fn sample_settings(&self) -> Vec<RungSetting> {
+        let choices = self.applicable_rungs(Ladder::Samples).into_iter();
+        let others = choices.filter(|&choice| !self.is_in_use(choice));
+        let mut all: Vec<RungSetting> = others.map(RungSetting::from_rung).collect();
+        all.push(RungSetting::default());
+        all.sort_by_key(|setting| self.sample_count(setting));
+        all
+    }
+
+    /// Returns the baseline with a rung; the baseline itself for the rung in use.
+    pub fn with_rung(&self, choice: RungChoice) -> RungSetting {
+        if self.is_in_use(choice) {
+            self.baseline.clone()
+        } else {
+            self.baseline.with_rung(choice)
+        }
+    }
+
+    /// Returns the baseline with the rungs of a setting.
+    pub fn applied_to_baseline(&self, setting: &RungSetting) -> RungSetting {
+        let choices = setting.choices().iter();
+        choices.fold(self.baseline.clone(), |all, &choice| all.with_rung(choice))
+    }
+
+    pub fn exact_baseline(&self) -> RungSetting {
+        self.applied_to_baseline(&self.exact)
+    }
+
+    /// Returns the setting of which whole pictures at all numbers of samples are rungs: the
+    /// baseline, or beside a fixed pattern a setting with samples at random positions.
+    pub fn general_baseline(&self) -> Option<RungSetting> {
+        let mut samples = self.sample_settings().into_iter();
+        let is_general = |setting: &RungSetting| {
+            !self.is_fixed(setting) && self.sample_count(setting) >= TILE_SAMPLES
+        };
+        if self.is_fixed(&self.baseline) {
+            samples.find(is_general)
+        } else {
+            Some(self.baseline.clone())
+        }
+    }
+
+    /// Returns the settings in which one rung of another ladder than samples and denoising differs
+    /// from the one in use, on the baseline.
+    pub fn rung_settings(&self) -> Vec<RungSetting> {
+        let ladders = self
+            .ladders
+            .iter()
+            .filter(|ladder| !matches!(ladder, Ladder::Samples | Ladder::Reconstruction));
+        let choices = ladders.flat_map(|&ladder| self.applicable_rungs(ladder));
+        choices
+            .filter(|&choice| !self.is_in_use(choice))
+            .map(|choice| self.with_rung(choice))
+            .collect()
+    }
+
+    pub fn cost_choices(&self) -> Vec<RungChoice> {
+        self.cost_ladders
+            .iter()
+            .flat_map(|ladder| ladder.choices())
+            .collect()
+    }
+
+    /// Returns the number of samples per pixel of a setting.
+    pub fn sample_count(&self, setting: &RungSetting) -> u32 {
+        match setting.rung(Ladder::Samples).map(|choice| choice.value()) {
+            Some(RungValue::Samples(samples)) => samples,
+            _ => self.settings.sampling.samples_per_pixel(),
+        }
+    }
+
+    /// Whether the samples of a setting are a fixed pattern.
+    pub fn is_fixed(&self, setting: &RungSetting) -> bool {
+        match setting.rung(Ladder::Samples) {
+            Some(_) => {
+                let samples = self.sample_count(setting);
+                Sampling::from_spp(self.scene, Some(samples)).is_fixed()
+            }
+            None => self.settings.sampling.is_fixed(),
+        }
+    }
+
+    /// Whether a setting denoises its picture.
+    pub fn is_denoised(&self, setting: &RungSetting) -> bool {
+        match setting
+            .rung(Ladder::Reconstruction)
+            .map(|choice| choice.value())
+        {
+            Some(RungValue::Denoised(denoised)) => denoised,
+            _ => self.settings.denoise,
+        }
+    }
+
+    /// Returns the setting whose trial on tiles tells noise and bias of a setting; `None` if no
+    /// trial can.
+    pub fn tile_setting(&self, setting: &RungSetting) -> Option<RungSetting> {
+        if self.is_fixed(setting) {
+            return Some(setting.clone());
+        }
+        let baseline = self.general_baseline()?;
+        let rest = [Ladder::Samples, Ladder::Reconstruction]
+            .into_iter()
+            .fold(setting.clone(), |setting, ladder| {
+                setting.without_ladder(ladder)
+            });
+        let choices = rest.choices().iter();
+        Some(choices.fold(baseline, |all, &choice| all.with_rung(choice)))
+    }
+
+    /// Returns the settings that change one rung of another ladder than samples and denoising.
+    pub fn single_rungs(&self) -> Vec<RungSetting> {
+        let rungs = self.rung_settings();
+        let without = |setting: &RungSetting| {
+            let choices = setting.choices().iter().copied();
+            let others: Vec<RungChoice> = choices
+                .filter(|choice| choice.ladder() != Ladder::Samples)
+                .collect();
+            RungSetting::from_rungs(&others)
+        };
+        rungs.iter().map(without).collect()
+    }
+
+    /// Returns the names of the ladders that the scene does not call for.
+    pub fn unneeded_ladders(&self) -> Vec<&'static str> {
+        let is_unneeded = |ladder: &Ladder| {
+            *ladder != Ladder::Output
+                && !self.ladders.contains(ladder)
+                && !self.cost_ladders.contains(ladder)
+        };
+        Ladder::ALL
+            .into_iter()
+            .filter(is_unneeded)
+            .map(Ladder::name)
+            .collect()
+    }
+}

@@ -1,0 +1,436 @@
+//! Measurements with a clock that counts rays, so that every time is known.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::super::figures::Figures;
+use super::super::tiles::tile_edge;
+use super::super::{AccuracyReport, LadderReport, RungReport, measure_by_clocks};
+use super::*;
+use crate::bench::clock::Stopwatch;
+use crate::dispatch::prepare;
+use crate::observer::Observer;
+use crate::scene::{Integrator, Scene};
+use crate::settings::{PrecisionChoice, Sampling, Settings};
+
+/// Two walls that emit and mirror: a path of n segments has n rays, without randomness.
+fn corridor() -> Scene {
+    serde_json::from_str(
+        r#"{"format": 1, "render": {"size": [4, 2], "pattern": "centre", "max_depth": 4},
+        "cameras": [{"name": "c", "pose": {"look_at": {"eye": [0, 2, 0], "target": [0, 0, 0], "up": [0, 0, 1]}},
+            "projection": {"pinhole": {"vertical_fov": 20}}}],
+        "materials": [{"name": "m", "model": {"classic": {"local": 0, "emission": 1, "reflection": {"weight": 0.5}}}}],
+        "objects": [{"shape": {"plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}}, "material": "m"},
+            {"shape": {"plane": {"point": [0, 4, 0], "normal": [0, -1, 0]}}, "material": "m"}]}"#,
+    )
+    .expect("a scene")
+}
+
+/// A scene with a lamp, so that most ladders apply and rungs differ in time.
+fn lamp() -> Scene {
+    serde_json::from_str(
+        r#"{"format": 1, "render": {"size": [16, 12], "samples": 16, "max_depth": 4}, "sky": {"constant": 0.2},
+        "cameras": [{"name": "c", "pose": {"look_at": {"eye": [0, 2, 3], "target": [0, 0, 0], "up": [0, 1, 0]}},
+            "projection": {"pinhole": {"vertical_fov": 40}}}],
+        "materials": [{"name": "m", "model": {"physical": {"roughness": 0.5}}}, {"name": "l", "model": {"physical": {"emission": 4}}}],
+        "objects": [{"shape": {"plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}}, "material": "m"},
+            {"shape": {"sphere": {"centre": [0, 2, 0], "radius": 0.3}}, "material": "l"}]}"#,
+    )
+    .expect("a scene")
+}
+
+fn path_settings(scene: &Scene) -> Settings {
+    Settings {
+        integrator: Integrator::Path,
+        ..Settings::from_scene(scene)
+    }
+}
+
+const MICROSECOND_A_RAY: Stopwatch = |work| work() as f64 * 1e-6;
+
+fn effort(seconds: f64, rounds: u32) -> AccuracyEffort {
+    AccuracyEffort {
+        budget: Duration::from_secs_f64(seconds),
+        size: None,
+        rounds,
+    }
+}
+
+fn measured_by(stopwatch: Stopwatch, listener: &mut dyn ProgressListener) -> AccuracyReport {
+    let scene = corridor();
+    let (report, _) = measure_by_clocks(
+        (&scene, &Settings::from_scene(&scene)),
+        &effort(600.0, 3),
+        MeasurementStart::default(),
+        &(),
+        listener,
+        (stopwatch, &Instant::now),
+    )
+    .expect("a report");
+    report
+}
+
+/// Calls a function with a study of a scene that has done no trial.
+fn with_study<T>(
+    scene: &Scene,
+    settings: &Settings,
+    use_study: impl FnOnce(&mut Study<'_>) -> T,
+) -> T {
+    let clocks: (Stopwatch, _) = (
+        MICROSECOND_A_RAY,
+        &Instant::now as &(dyn Fn() -> Instant + Sync),
+    );
+    let renderer = SettingRenderer::new(scene, settings, &(), clocks);
+    let display = Display::from_render(&scene.render);
+    use_study(&mut Study::new(
+        &renderer,
+        display,
+        effort(600.0, 2),
+        Instant::now(),
+    ))
+}
+
+fn rungs<'a>(report: &'a AccuracyReport, ladder: &str) -> &'a [RungReport] {
+    let found = report.ladders.iter().find(|of| of.ladder == ladder);
+    &found.expect("a ladder of the scene").rungs
+}
+
+fn near(value: f64, expected: f64) {
+    assert!(
+        (value / expected - 1.0).abs() < 1e-9,
+        "{value}, not {expected}"
+    );
+}
+
+/// Protects: times are those of rendering alone, and ratios are a setting's time over that of the
+/// one in use. n segments take n/4 of the time of four, and trees as long as scans. The light of n
+/// segments with a mirror of one half is 1 − 0.5ⁿ of all. The listener is told every rung.
+#[test]
+fn times_are_what_the_clock_says() {
+    let mut heard: Vec<(String, f64)> = Vec::new();
+    let mut listener = |label: &str, share: f64| heard.push((label.to_owned(), share));
+    let report = measured_by(MICROSECOND_A_RAY, &mut listener);
+    assert_eq!(report.own.rays, 32);
+    near(report.own.seconds.value, 32e-6);
+    let lengths = rungs(&report, "path-length");
+    assert_eq!(lengths.len(), 6);
+    for rung in lengths {
+        let n: f64 = rung.rung.parse().expect("a number");
+        let measured = rung.measured.as_ref().expect("time");
+        near(measured.seconds.value, n * 8.0 * 1e-6);
+        near(measured.ratio.value, n / 4.0);
+        near(measured.rays as f64, n * 8.0);
+        let light = measured.errors.light.value;
+        assert!(
+            (light - (1.0 - libm::exp2(-n))).abs() < 1e-6,
+            "{n}: {light}"
+        );
+    }
+    for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
+        let cost = price.rung_cost.as_ref().expect("time");
+        assert_eq!(
+            (cost.preparing.median, cost.ratio.median, cost.same_bits),
+            (0.0, 1.0, true)
+        );
+        near(cost.seconds.median, 32e-6);
+    }
+    near(
+        report.reference.seconds,
+        f64::from(report.reference.samples) * 64.0 * 8.0 * 1e-6,
+    );
+    let words = [
+        "the reference",
+        "path-length=64",
+        "timing accelerator=linear",
+    ];
+    let is_heard = |words: &&str| heard.iter().any(|(label, _)| label == words);
+    assert!(words.iter().all(is_heard), "{heard:?}");
+    let is_share = |share: &f64| (0.0..=1.0).contains(share);
+    assert!(heard.is_sorted_by(|a, b| a.1 <= b.1) && heard.iter().all(|of| is_share(&of.1)));
+    let mirror = report.costs.expect("time").effects;
+    let mirror = mirror
+        .iter()
+        .find(|cost| cost.effect == "mirror reflection")
+        .expect("a mirror");
+    assert_eq!((mirror.rays, mirror.ratio.median), (4.0, 4.0));
+}
+
+/// Number of reported steps of the measurement on a machine that becomes slower.
+static STEPS: AtomicU64 = AtomicU64::new(0);
+
+/// Protects: a machine that becomes slower with each trial, by 3 %, makes no rung slow: its time is
+/// compared with those of the baseline before and after it.
+#[test]
+fn a_slower_machine_makes_no_rung_slow() {
+    let slower: Stopwatch =
+        |work| work() as f64 * 1e-6 * 1.03_f64.powi(STEPS.load(Ordering::Relaxed) as i32);
+    let mut listener = |_: &str, _: f64| {
+        STEPS.fetch_add(1, Ordering::Relaxed);
+    };
+    let report = measured_by(slower, &mut listener);
+    for rung in rungs(&report, "path-length") {
+        let share = rung.rung.parse::<f64>().expect("a number") / 4.0;
+        let ratio = rung.measured.as_ref().expect("time").ratio;
+        assert!(
+            ratio.low <= share && share <= ratio.high,
+            "{ratio:?}, not {share}"
+        );
+        assert!(
+            (ratio.value / share - 1.0).abs() < 0.1,
+            "{ratio:?}, not {share}"
+        );
+    }
+}
+
+/// Protects: a small scene is measured at its own size on the whole picture, with a picture of each
+/// setting beside that of the reference.
+#[test]
+fn small_scenes_are_measured_as_they_are() {
+    let report = measured_by(MICROSECOND_A_RAY, &mut ());
+    assert_eq!(
+        (report.size, report.tiles.measured, report.tiles.all),
+        ([4, 2], 1, 1)
+    );
+    let names: Vec<&str> = report
+        .pictures
+        .iter()
+        .map(|shown| shown.name.as_str())
+        .collect();
+    assert_eq!(names[..3], ["reference", "as it is", "samples=4"]);
+    let rungs = report.ladders.iter().flat_map(|ladder| &ladder.rungs);
+    assert_eq!(names.len(), 2 + rungs.filter(|rung| !rung.in_use).count());
+    let is_small =
+        |shown: &super::super::ReportPicture| (shown.picture.width, shown.picture.height) == (4, 2);
+    assert!(report.pictures.iter().all(is_small));
+}
+
+/// Protects: the error of the setting in use is the claim that a render of it states, more samples
+/// are never told worse, and four times the samples have half the error for four times the time.
+#[test]
+fn errors_are_those_that_pictures_claim() {
+    let scene = lamp();
+    let settings = Settings {
+        size: [64, 48],
+        sampling: Sampling::General(64),
+        ..path_settings(&scene)
+    };
+    let (report, _) = measure_by_clocks(
+        (&scene, &settings),
+        &effort(600.0, 2),
+        MeasurementStart::default(),
+        &(),
+        &mut (),
+        (MICROSECOND_A_RAY, &Instant::now),
+    )
+    .expect("a report");
+    let mut film = prepare(&scene, &settings, &())
+        .expect("a scene")
+        .new_film("");
+    let ready = prepare(&scene, &settings, &()).expect("a scene");
+    let part = film.full_part();
+    ready
+        .render_part(&mut film, &part, &())
+        .expect("its own film");
+    let claim = film
+        .estimate_uncertainty()
+        .expect("random numbers")
+        .root_relmse;
+    let own = report.own.errors.relmse.map(f64::sqrt);
+    near(own.value, claim.value);
+    assert!(own.low <= claim.low && claim.high <= own.high);
+    let measured = |rung: &RungReport| rung.measured.as_ref().expect("time").errors.relmse.value;
+    let errors: Vec<f64> = rungs(&report, "samples").iter().map(measured).collect();
+    assert!(
+        errors.len() == 6 && errors.is_sorted_by(|a, b| a > b),
+        "{errors:?}"
+    );
+    let half = report
+        .recommendations
+        .half_the_error
+        .expect("four times the samples");
+    assert!(half.time.value < 4.2 && half.error.value < 0.56, "{half:?}");
+    let is_row = |row: &super::super::MeasuredSettingWithFlags| row.flags == half.flags;
+    assert!(report.frontier.iter().any(is_row));
+}
+
+/// Protects: rungs that do not change the scene's picture are not tried, nor rungs whose precision
+/// cannot store the scene. A rung that took too long is not tried again, and has no figures.
+#[test]
+fn rungs_without_a_picture_are_left_out() {
+    let mut scene = corridor();
+    let names = |study: &Study<'_>, ladder: Ladder| -> Vec<&str> {
+        study
+            .space
+            .applicable_rungs(ladder)
+            .iter()
+            .map(RungChoice::rung)
+            .collect()
+    };
+    let settings = Settings::from_scene(&scene);
+    with_study(&scene, &settings, |study| {
+        assert_eq!(names(study, Ladder::Shadows), ["on"]);
+        assert_eq!(names(study, Ladder::Precision).len(), 2);
+        let longest = study
+            .space
+            .applicable_rungs(Ladder::PathLength)
+            .pop()
+            .expect("mirrors");
+        let setting = RungSetting::from_rung(longest);
+        let jobs = study.jobs();
+        let at = jobs
+            .iter()
+            .position(|job| job.setting == setting)
+            .expect("a job");
+        assert!(!study.is_done(&jobs, at));
+        study.table.push(Trial::too_long(setting.clone()));
+        assert!(study.is_done(&jobs, at) && Figures::new(study).summarise(&setting).is_none());
+    });
+    // Wherever the storage origin is, one of the two objects is far from it.
+    for [min, max] in [
+        ["[3e5, 0, 3e5]", "[300001, 2, 300000.01]"],
+        ["[-300001, 0, -300000.01]", "[-3e5, 2, -3e5]"],
+    ] {
+        let thin =
+            format!(r#"{{"shape": {{"box": {{"min": {min}, "max": {max}}}}}, "material": "m"}}"#);
+        scene
+            .objects
+            .push(serde_json::from_str(&thin).expect("an object"));
+    }
+    let settings = Settings {
+        precision: PrecisionChoice::Reference,
+        ..settings
+    };
+    with_study(&scene, &settings, |study| {
+        assert_eq!(names(study, Ladder::Precision), ["reference"]);
+    });
+}
+
+/// Protects: tiles are the same parts of a picture for every number of them, and spread over it.
+#[test]
+fn tiles_are_spread_evenly() {
+    let size = [320, 240];
+    let tiles = evenly_spread_tiles(size, 7);
+    assert_eq!(tiles.len(), 80);
+    let crops: Vec<Crop> = tiles[..16]
+        .iter()
+        .map(|&tile| tile_crop(size, tile))
+        .collect();
+    for (x, y) in [(0, 0), (160, 0), (0, 120), (160, 120)] {
+        let is_inside =
+            |crop: &&Crop| (x..x + 160).contains(&crop.x) && (y..y + 128).contains(&crop.y);
+        let count = crops.iter().filter(is_inside).count();
+        assert!((2..=7).contains(&count), "{count} tiles at {x}, {y}");
+    }
+    assert_eq!([[4, 2], [64, 48], [1920, 1080]].map(tile_edge), [8, 8, 32]);
+}
+
+/// A clock that each query advances by a millisecond.
+struct CountingClock {
+    start: Instant,
+    questions: AtomicU64,
+}
+
+impl CountingClock {
+    fn new() -> Self {
+        Self {
+            start: Instant::now(),
+            questions: AtomicU64::new(0),
+        }
+    }
+
+    fn seconds(&self) -> f64 {
+        self.questions.load(Ordering::Relaxed) as f64 * 1e-3
+    }
+
+    fn now(&self) -> Instant {
+        self.start + Duration::from_millis(1 + self.questions.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+/// Measures the scene with the lamp by a counting clock. `stop` is the second at which the observer
+/// stops the measurement. Returns the seconds, too.
+fn measured_in(
+    budget: f64,
+    size: [u32; 2],
+    stop: f64,
+) -> (Result<AccuracyReport, MeasureError>, f64) {
+    struct StopsAt<'a>(&'a CountingClock, f64);
+    impl Observer for StopsAt<'_> {
+        fn is_cancelled(&self) -> bool {
+            self.0.seconds() >= self.1
+        }
+    }
+    let (scene, clock) = (lamp(), CountingClock::new());
+    let settings = Settings {
+        size,
+        ..path_settings(&scene)
+    };
+    let report = measure_by_clocks(
+        (&scene, &settings),
+        &effort(budget, 2),
+        MeasurementStart::default(),
+        &StopsAt(&clock, stop),
+        &mut (),
+        (MICROSECOND_A_RAY, &|| clock.now()),
+    );
+    (report.map(|(report, _)| report), clock.seconds())
+}
+
+/// Rungs with figures, each with its number of tiles.
+fn known(report: &AccuracyReport) -> Vec<(String, usize)> {
+    let rung = |ladder: &LadderReport, rung: &RungReport| {
+        let measured = rung.measured.as_ref()?;
+        Some((format!("{}={}", ladder.ladder, rung.rung), measured.tiles))
+    };
+    let ladders = report.ladders.iter();
+    ladders
+        .flat_map(|ladder| ladder.rungs.iter().filter_map(move |of| rung(ladder, of)))
+        .collect()
+}
+
+/// Protects: every render checks the time, and the measurement ends with its budget, whatever is in
+/// progress. The report then holds the results so far: all numbers of samples, and more rungs of
+/// other ladders with more time, on no fewer tiles.
+#[test]
+fn more_time_shows_no_less() {
+    let mut before: Vec<(String, usize)> = Vec::new();
+    for budget in [6.0, 18.0, 54.0, 162.0] {
+        let (report, took) = measured_in(budget, [64, 48], f64::INFINITY);
+        let report = report.unwrap_or_else(|error| panic!("{budget}: {error}"));
+        assert!(took <= 1.03 * budget, "{took} of {budget}");
+        let all = known(&report);
+        for (name, tiles) in &before {
+            let now = all
+                .iter()
+                .find(|(other, _)| other == name)
+                .map_or(0, |of| of.1);
+            assert!(
+                now >= *tiles,
+                "{name}: {now} tiles in {budget}, {tiles} before"
+            );
+        }
+        assert!(all.len() >= 6, "{all:?} in {budget}");
+        before = all;
+    }
+    assert!(before.len() >= 20, "{before:?}");
+    let (report, took) = measured_in(0.01, [64, 48], f64::INFINITY);
+    assert!(
+        matches!(report, Err(MeasureError::InsufficientTime)) && took < 0.1,
+        "{took}"
+    );
+}
+
+/// Protects: a stopped measurement returns its results so far; before the first picture, nothing.
+#[test]
+fn what_was_measured_is_kept_when_it_is_stopped() {
+    let (report, _) = measured_in(60.0, [64, 48], 0.02);
+    assert_eq!(
+        report.err(),
+        Some(MeasureError::Prepare(PrepareError::Cancelled))
+    );
+    let (report, took) = measured_in(60.0, [64, 48], 20.0);
+    let report = report.expect("what there is");
+    assert!(
+        report.cut_short && report.own.renders >= 1 && took < 21.0,
+        "{took}"
+    );
+}
