@@ -505,9 +505,7 @@ fn an_interrupted_measurement_keeps_what_it_has() {
     let mut said = BufReader::new(child.stderr.take().expect("a pipe"))
         .lines()
         .map_while(Result::ok);
-    let is_of_a_setting = |line: String| {
-        line.contains('=') || line.contains("as it is")
-    };
+    let is_of_a_setting = |line: String| line.contains('=') || line.contains("as it is");
     assert!(said.any(is_of_a_setting), "it comes to the settings");
     std::thread::sleep(Duration::from_millis(1500));
     assert!(

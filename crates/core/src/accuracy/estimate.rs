@@ -181,21 +181,22 @@ impl From<SettingErrors> for RootErrors {
 }
 
 /// Returns the ratio of two sums over tiles, numerator and denominator of each tile given. The
-/// differences between tiles give its interval. With a single tile the ratio has no interval, and
-/// is unknown unless both sums are equal or zero.
+/// differences between tiles give its interval. A single tile, of a picture of at most 8 by 8
+/// pixels, gives none.
 pub(super) fn ratio_of_sums(tiles: &[[f64; 2]]) -> ConfidenceInterval {
     let [above, below] = [0, 1].map(|i| tiles.iter().map(|tile| tile[i]).sum::<f64>());
-    let ratio = above / below;
-    let residuals = tiles.iter().map(|tile| tile[0] - ratio * tile[1]);
-    let squares: Vec<f64> = residuals.map(|residual| residual * residual).collect();
-    let sum: f64 = squares.iter().sum();
     if above == below || above == 0.0 {
         return ConfidenceInterval::from_exact(if above == below { 1.0 } else { 0.0 });
     }
+    let ratio = above / below;
     if !(ratio.is_finite() && ratio > 0.0) {
         return ConfidenceInterval::UNKNOWN;
     }
-    if sum <= (1e-6 * above).powi(2) && tiles.len() > 1 {
+    let residuals = tiles.iter().map(|tile| tile[0] - ratio * tile[1]);
+    let squares: Vec<f64> = residuals.map(|residual| residual * residual).collect();
+    let sum: f64 = squares.iter().sum();
+    // What rounding leaves of equal ratios.
+    if sum <= (1e-7 * above).powi(2) {
         return ConfidenceInterval::from_exact(ratio);
     }
     let count = tiles.len() as f64;

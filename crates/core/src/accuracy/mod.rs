@@ -15,6 +15,7 @@ mod curve;
 mod effects;
 mod estimate;
 mod figures;
+mod opening;
 mod outputs;
 mod policy;
 mod recommendation;

@@ -281,13 +281,17 @@ fn setting_table(first: &str, rows: impl IntoIterator<Item = TableRow>) -> Table
     Table::new(number_columns(), names, rows).without_empty_columns()
 }
 
-/// Returns the cells of a measured setting, in the order of [`SETTING_HEADINGS`]. A bound of the
-/// bias above the error says nothing.
+/// Returns the cells of a measured setting, in the order of [`SETTING_HEADINGS`]. An
+/// uncertain bias is given as a bound, unless the bound is above the error and says nothing.
 fn setting_cells(measured: &MeasuredSetting) -> [String; 6] {
     let errors = &measured.errors;
-    let bias = errors
-        .bias
-        .filter(|bias| !bias.includes_zero() || bias.high < errors.relmse.value);
+    let bias = errors.bias.and_then(|bias| {
+        let bound = ConfidenceInterval { low: 0.0, ..bias };
+        match bias.map(f64::sqrt).is_known() && !bias.includes_zero() {
+            true => Some(bias),
+            false => (bias.high < errors.relmse.value).then_some(bound),
+        }
+    });
     [
         format_uncertain(&measured.seconds, format_precise_duration),
         format_interval(measured.ratio),

@@ -26,6 +26,8 @@ fn numbers_say_what_they_may_be_off_by() {
     assert_eq!(describe(0.5, 0.4, 0.6), "0.50 ±20 %");
     assert_eq!(describe(0.5, 0.3, 0.8), "0.50 (0.30 to 0.80)");
     assert_eq!(describe(0.5, 0.0, 0.8), "<0.80");
+    assert_eq!(describe(0.5, 0.3, 1.0), "not known");
+    assert_eq!(describe(0.5, 0.0, f64::INFINITY), "not known");
     assert_eq!(describe(0.0, 0.0, 0.0), "0.00");
 }
 
