@@ -17,9 +17,6 @@ const EXPONENT_ERROR: f64 = 0.12;
 /// picture; and where a few pixels carry the error.
 const SEED_ERROR: f64 = 0.03;
 const FEW_PIXELS_ERROR: f64 = 0.1;
-/// Greatest number of samples of a replicate for which the curve is made to fall.
-const MOST_SAMPLES: u32 = 1 << 16;
-
 /// Claim of a whole picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Claim {
@@ -41,6 +38,16 @@ impl Claim {
             error,
             doubt: of.doubt,
         })
+    }
+
+    fn samples_of_replicate(&self) -> f64 {
+        f64::from(self.samples) / f64::from(self.replicates)
+    }
+
+    /// Returns the logarithm of V for another number of samples, as this claim tells it.
+    fn logarithm_at(&self, samples: f64) -> f64 {
+        let distance = libm::log(samples / self.samples_of_replicate());
+        libm::log(self.square().value * f64::from(self.replicates)) - EXPONENT * distance
     }
 
     /// Returns the claimed squared error. A claim that a few pixels carry has a wider interval; light
@@ -81,15 +88,36 @@ impl NoiseCurve {
     }
 
     /// Returns the squared error of noise of a picture with this number of samples per pixel: its own
-    /// claim, unless larger pictures show that it missed light.
+    /// claim, unless larger pictures show that it missed light. The interval contains the claim of the
+    /// nearest number of samples, since most pictures of few samples miss rare light.
     pub fn square(&self, samples: u32) -> ConfidenceInterval {
-        let (square, error) = self.square_of_picture(samples);
-        let replicates = default_replicates(samples);
-        let own = self.own_claim(f64::from(samples) / f64::from(replicates));
-        match own.map(|claim| (claim.samples, claim.square())) {
-            Some((of, own)) if of == samples && own.value >= square * (1.0 - 1e-9) => own,
-            _ if square == 0.0 => ConfidenceInterval::from_exact(0.0),
-            _ => ConfidenceInterval::from_logarithm(square, error),
+        let scale = 1.0 / f64::from(default_replicates(samples));
+        let replicate = f64::from(samples) * scale;
+        let square = scale * self.falling_square(replicate);
+        let own = self.own_claim(replicate);
+        let own = own
+            .filter(|claim| claim.samples == samples)
+            .map(Claim::square);
+        if let Some(own) = own.filter(|own| own.value >= square * (1.0 - 1e-9)) {
+            return own;
+        }
+        if square == 0.0 {
+            return ConfidenceInterval::from_exact(0.0);
+        }
+        let (_, error) = self.square_of_replicate(replicate);
+        let interval = ConfidenceInterval::from_logarithm(square, error);
+        let distance = |claim: &&Claim| libm::log(claim.samples_of_replicate() / replicate).abs();
+        let nearest = self
+            .claims
+            .iter()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let nearest = nearest.map_or(square, |claim| {
+            scale * libm::exp(claim.logarithm_at(replicate))
+        });
+        ConfidenceInterval {
+            low: interval.low.min(nearest),
+            high: interval.high.max(nearest),
+            ..interval
         }
     }
 
@@ -98,8 +126,8 @@ impl NoiseCurve {
     fn own_claim(&self, samples: f64) -> Option<&Claim> {
         self.claims.iter().find(|claim| {
             claim.replicates == default_replicates(claim.samples)
-                && f64::from(claim.samples) / f64::from(claim.replicates) == samples
-                && claim.square().is_known()
+                && claim.samples_of_replicate() == samples
+                && claim.square().map(f64::sqrt).is_known()
         })
     }
 
@@ -109,40 +137,51 @@ impl NoiseCurve {
         if samples == other {
             return ConfidenceInterval::from_exact(1.0);
         }
-        let [above, below] = [samples, other].map(|samples| self.square_of_picture(samples).0);
+        let [above, below] = [samples, other].map(|samples| self.square(samples).value);
         let distance = libm::log(f64::from(samples) / f64::from(other)).abs();
         ConfidenceInterval::from_logarithm(above / below, EXPONENT_ERROR * distance)
     }
 
-    /// Returns the squared error of a picture, with the standard error of its logarithm. The squared
-    /// error of a replicate falls at least as the inverse of its samples: a claim of few samples may
-    /// have missed rare light that more samples found.
-    fn square_of_picture(&self, samples: u32) -> (f64, f64) {
-        let replicates = f64::from(default_replicates(samples));
-        let own = f64::from(samples) / replicates;
-        let best = |samples: f64| match self.own_claim(samples) {
-            Some(claim) => claim.square().value * f64::from(claim.replicates),
-            None => self.square_of_replicate(samples).0,
+    /// Returns V for a number of samples. It falls at least as the inverse of the samples: a claim of
+    /// few samples may have missed rare light that more samples found.
+    fn falling_square(&self, samples: f64) -> f64 {
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for claim in &self.claims {
+            let samples = claim.samples_of_replicate();
+            let square = match self.own_claim(samples) {
+                Some(own) => own.square().value * f64::from(own.replicates),
+                None => self.square_of_replicate(samples).0,
+            };
+            points.push((samples, square));
+        }
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for i in (1..points.len()).rev() {
+            let least = points[i].1 * points[i].0 / points[i - 1].0;
+            points[i - 1].1 = points[i - 1].1.max(least);
+        }
+        let after = points.partition_point(|point| point.0 < samples);
+        let place = after.clamp(1, points.len()) - 1;
+        let from = points[if samples < points[0].0 { 0 } else { place }];
+        let exponent = match points.get(place + 1) {
+            Some(next) if samples > from.0 => {
+                libm::log(from.1 / next.1) / libm::log(next.0 / from.0)
+            }
+            _ => EXPONENT,
         };
-        let more = (0..=MOST_SAMPLES.ilog2()).map(|power| f64::from(1 << power));
-        let more = more.filter(|&samples| samples > own);
-        let least = more
-            .map(|samples| best(samples) * samples / own)
-            .fold(0.0, f64::max);
-        (
-            best(own).max(least) / replicates,
-            self.square_of_replicate(own).1,
-        )
+        if from.1 == 0.0 {
+            return 0.0;
+        }
+        from.1 * libm::pow(from.0 / samples, exponent)
     }
 
     /// Returns V for a number of samples, with the standard error of its logarithm. Each claim tells
     /// it, the better the nearer its own number is.
     fn square_of_replicate(&self, samples: f64) -> (f64, f64) {
-        let (mut sum, mut weights) = (0.0, 0.0);
+        let (mut sum, mut weights, mut least_error) = (0.0, 0.0, f64::INFINITY);
         for claim in &self.claims {
-            let (square, replicates) = (claim.square(), f64::from(claim.replicates));
-            let distance = libm::log(samples * replicates / f64::from(claim.samples));
-            let value = libm::log(square.value * replicates) - EXPONENT * distance;
+            let square = claim.square();
+            let distance = libm::log(samples / claim.samples_of_replicate());
+            let value = claim.logarithm_at(samples);
             let error = libm::hypot(square.logarithmic_error(), EXPONENT_ERROR * distance);
             // A claim of zero is exact, and has no logarithm.
             let weight = 1.0 / (error * error).max(1e-12);
@@ -152,9 +191,12 @@ impl NoiseCurve {
             if value.is_finite() && weight > 0.0 {
                 sum += weight * value;
                 weights += weight;
+                // The samples of a smaller picture are part of a larger one's, so that several claims
+                // are no surer than the best.
+                least_error = error.min(least_error);
             }
         }
-        (libm::exp(sum / weights), (1.0 / weights).sqrt())
+        (libm::exp(sum / weights), least_error)
     }
 }
 
@@ -210,6 +252,8 @@ mod tests {
             let errors = [1, 4, 16, 64, 256, 1024].map(|samples| curve.square(samples).value);
             assert!(errors.is_sorted_by(|a, b| a > b), "{few}: {errors:?}");
         }
+        let missed = NoiseCurve::new(vec![claim(4, 0.05), claim(64, 0.1)]).expect("claims");
+        assert!(!missed.square(1).map(f64::sqrt).is_known());
         let doubted = Claim {
             doubt: Some(EstimateDoubt::FewPixels),
             ..claim(64, 0.1)

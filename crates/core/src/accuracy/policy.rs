@@ -65,8 +65,8 @@ pub(super) fn next_job(study: &Study<'_>) -> Option<Job> {
 
 /// Returns all trials in the order of the policy: small whole pictures, whose claims tell the
 /// error of noise; the exact setting and the baseline on tiles; the whole picture of the setting
-/// in use; each rung once; larger whole pictures; then further rounds of the rungs whose error
-/// or time may still decide the recommendation.
+/// in use, and of fewer samples; each rung once; other whole pictures; then further rounds of the
+/// rungs whose error or time may still decide the recommendation.
 pub(super) fn jobs(study: &Study<'_>) -> Vec<Job> {
     let job = |setting: &RungSetting, region: Region, round: u64| Job {
         setting: setting.clone(),
@@ -75,12 +75,18 @@ pub(super) fn jobs(study: &Study<'_>) -> Vec<Job> {
         prepares: false,
     };
     let tiles = |setting: &RungSetting| job(setting, Region::Tiles, 0);
-    let samples = study.space.sample_settings();
-    let (small, large): (Vec<_>, Vec<_>) = samples.iter().partition(|setting| {
-        (FIRST_SAMPLES..=TILE_SAMPLES).contains(&study.space.sample_count(setting))
+    let whole = |settings: &[&RungSetting]| -> Vec<Job> {
+        settings.iter().map(|s| job(s, Region::Whole, 0)).collect()
+    };
+    let (samples, own) = (study.space.sample_settings(), RungSetting::default());
+    let count = |setting: &&RungSetting| study.space.sample_count(setting);
+    let (small, large): (Vec<_>, Vec<_>) = samples
+        .iter()
+        .partition(|setting| (FIRST_SAMPLES..=TILE_SAMPLES).contains(&count(setting)));
+    let (fewer, others): (Vec<_>, Vec<_>) = large.into_iter().rev().partition(|setting| {
+        **setting == own || (TILE_SAMPLES..=count(&&own)).contains(&count(setting))
     });
-    let mut jobs: Vec<Job> = small.iter().map(|s| job(s, Region::Whole, 0)).collect();
-    let own = RungSetting::default();
+    let mut jobs = whole(&small);
     jobs.extend([
         tiles(&study.space.exact_baseline()),
         tiles(&study.space.baseline),
@@ -99,7 +105,7 @@ pub(super) fn jobs(study: &Study<'_>) -> Vec<Job> {
             .iter()
             .map(tiles),
     );
-    jobs.push(job(&own, Region::Whole, 0));
+    jobs.extend(whole(&fewer));
     for rungs in study.space.rung_settings().chunks(RUNGS_BETWEEN_TIMINGS) {
         jobs.extend(rungs.iter().map(tiles));
         jobs.push(tiles(&study.space.baseline));
@@ -110,7 +116,7 @@ pub(super) fn jobs(study: &Study<'_>) -> Vec<Job> {
             ..tiles(&study.space.with_rung(choice))
         });
     }
-    jobs.extend(large.iter().map(|s| job(s, Region::Whole, 0)));
+    jobs.extend(whole(&others));
     let figures = Figures::new(study);
     for round in 1..u64::from(study.effort.rounds) {
         // A second time of each rung tells how far times vary.
