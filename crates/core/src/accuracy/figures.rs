@@ -130,8 +130,7 @@ impl<'s> Figures<'s> {
         ratio.map(|ratio| libm::pow(ratio, power))
     }
 
-    /// Returns the squared bias of a setting on tiles; zero for one that differs from the exact
-    /// setting in noise alone.
+    /// Returns the squared bias of a setting on tiles; `None` without a trial.
     fn bias(&self, setting: &RungSetting, of: usize) -> Option<ConfidenceInterval> {
         let sums: Vec<TileSums> = self
             .paired_sums(setting, setting)
