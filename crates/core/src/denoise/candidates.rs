@@ -24,10 +24,10 @@ const LEAST_ALBEDO: f32 = 0.1;
 const FIREFLY_FACTOR: f32 = 1.2;
 const FIREFLY_OFFSET: f32 = 0.02;
 
-/// Tolerances of the two filter passes: differences of 0.6 and of 1.5 standard deviations beyond
-/// the noise. The first pass may leave more noise, because its result only guides the second.
+/// Tolerances of the two filter passes: differences of 1 and of 1.5 standard deviations beyond the
+/// noise. The first pass may leave more noise, because its result only guides the second.
 const FIRST_PASS: FilterTolerance = FilterTolerance {
-    inverse_tolerance: 1.0 / (0.6 * 0.6),
+    inverse_tolerance: 1.0,
     own_share: 0.0,
 };
 const SECOND_PASS: FilterTolerance = FilterTolerance {
@@ -46,7 +46,7 @@ const MAX_OWN_WEIGHT: f32 = 0.9;
 /// Distances in pixels within which inputs affect a filtered pixel: the second pass with its
 /// compared patches; also the variance of the second guide; also the first pass with the variances
 /// of dimmed fireflies.
-const SECOND_REACH: usize = 9;
+const SECOND_REACH: usize = 5;
 const GUIDE_REACH: usize = SECOND_REACH + 2;
 const MARGIN: usize = GUIDE_REACH + 3 + 2 + 1;
 

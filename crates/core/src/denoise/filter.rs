@@ -29,25 +29,16 @@ pub(super) struct FilterOutput {
 /// right. The opposite of every offset is in the list too: the filter does not shift the picture.
 pub(super) type NeighbourOffsets = Vec<[isize; 2]>;
 
-/// All offsets within a disc of two and a half pixels.
-pub(super) static NEAR_OFFSETS: LazyLock<NeighbourOffsets> =
-    LazyLock::new(|| neighbour_offsets(2, 0.0, 2));
-/// All offsets of a square of five by five pixels, and a fifth of the further offsets within eight
-/// and a half pixels.
-pub(super) static FAR_OFFSETS: LazyLock<NeighbourOffsets> =
-    LazyLock::new(|| neighbour_offsets(8, 0.2, 2));
+/// Offsets of the first pass: a disc of two and a half pixels.
+pub(super) static NEAR_OFFSETS: LazyLock<NeighbourOffsets> = LazyLock::new(|| disc_offsets(2));
+/// Offsets of the second pass: a disc of four and a half pixels.
+pub(super) static FAR_OFFSETS: LazyLock<NeighbourOffsets> = LazyLock::new(|| disc_offsets(4));
 
-/// Returns offsets within a distance of `radius` + ½ pixels. Offsets of at most `dense` rows and
-/// columns are all included. Of the further offsets, a fraction of `share`, 0 to 1, is included,
-/// spread evenly (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
-fn neighbour_offsets(radius: isize, share: f64, dense: isize) -> NeighbourOffsets {
-    let chosen = |y: isize, x: isize| {
-        let (a, b) = if (y, x) > (-y, -x) { (y, x) } else { (-y, -x) };
-        (0.754_877_666_2 * a as f64 + 0.569_840_291 * b as f64).rem_euclid(1.0) < share
-    };
+/// Returns all offsets within a distance of `radius` + ½ pixels.
+fn disc_offsets(radius: isize) -> NeighbourOffsets {
     let square = (-radius..=radius).flat_map(|y| (-radius..=radius).map(move |x| [y, x]));
-    let disc = square.filter(|&[y, x]| ((x * x + y * y) as f64) <= (radius as f64 + 0.5).powi(2));
-    disc.filter(|&[y, x]| y.abs().max(x.abs()) <= dense || chosen(y, x))
+    square
+        .filter(|&[y, x]| ((x * x + y * y) as f64) <= (radius as f64 + 0.5).powi(2))
         .collect()
 }
 
