@@ -200,8 +200,9 @@ pub struct Settings {
     /// [`default_replicates`].
     pub replicates: Option<u32>,
     /// Whether the finished picture is denoised. Denoising replaces noise by a smaller bias and
-    /// estimates the error. From eight samples on, the samples are then taken in four replicates.
-    /// The layers that [`crate::denoise`] reads are kept.
+    /// estimates the error. From eight samples on, a film to be denoised has four replicates; below
+    /// 64 samples, two of them share a net of samples, so that the samples are those of the same
+    /// picture without denoising. The layers that [`crate::denoise`] reads are kept.
     pub denoise: bool,
     /// Requested error of the picture: the root of its relative mean squared error (relMSE), above
     /// zero. Samples are added where errors are largest, up to the number of `sampling` per pixel.

@@ -2,9 +2,8 @@
 //! estimated from the replicates.
 //!
 //! Shares αᵢ of the candidates i change the squared error by 2 Σ αᵢbᵢ + Σ αᵢαⱼQᵢⱼ. Qᵢⱼ is the
-//! product of the changes by the candidates i and j. bᵢ is the negated mean product of candidate
-//! i's change in a replicate with the noise of the partner replicate (see [`denoise`](super)). Both
-//! are divided by the squared colour, as in a relative error, and averaged over the neighbours
+//! product of the changes by the candidates i and j. bᵢ is a quarter of the difference of both halves
+//! times the difference of candidate i's changes of both (see [`denoise`](super)). Both are divided by the squared colour, as in a relative error, and averaged over the neighbours
 //! *without the pixel itself*. A pixel's own noise therefore does not choose the shares that lower
 //! its error estimate. With the pixel, error estimates were too small by up to a half.
 

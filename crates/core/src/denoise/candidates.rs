@@ -7,7 +7,7 @@ use super::features::{distance_feature, surface_features};
 use super::filter::{
     FAR_OFFSETS, FilterOutput, FilterWorkspace, NEAR_OFFSETS, filter_non_local_means,
 };
-use super::guide::{FilterGuide, FilterTolerance};
+use super::guide::FilterGuide;
 use super::plane::{
     ColourPlanes, PixelPlane, Window, black_planes, brightest_channel, mean_colour,
     smooth_variance, variance_of_mean,
@@ -20,20 +20,16 @@ use crate::observer::Observer;
 const LEAST_ALBEDO: f32 = 0.1;
 
 /// Limit of a pixel's brightness, beyond which it is dimmed as a firefly. The limit is this factor
-/// times the brightest nearby pixel in other replicates, plus a small offset.
+/// times the brightest pixel of the half's other replicate within the reach, plus a small offset.
+/// With a reach of 1, light that few samples find is dimmed too much.
 const FIREFLY_FACTOR: f32 = 1.2;
 const FIREFLY_OFFSET: f32 = 0.02;
+const FIREFLY_REACH: usize = 2;
 
-/// Tolerances of the two filter passes: differences of 1 and of 1.5 standard deviations beyond the
-/// noise. The first pass may leave more noise, because its result only guides the second.
-const FIRST_PASS: FilterTolerance = FilterTolerance {
-    inverse_tolerance: 1.0,
-    own_share: 0.0,
-};
-const SECOND_PASS: FilterTolerance = FilterTolerance {
-    inverse_tolerance: 1.0 / (1.5 * 1.5),
-    own_share: 0.5,
-};
+/// Inverse tolerances of the two filter passes: squared differences of 2 and of 2.25 variances
+/// beyond the noise.
+const FIRST_PASS: f32 = 1.0 / 2.0;
+const SECOND_PASS: f32 = 1.0 / (1.5 * 1.5);
 
 /// Variance of the noise in the second pass's guide, as a factor on the squared colour: the noise
 /// counts as 4 % of the colour.
@@ -48,7 +44,7 @@ const MAX_OWN_WEIGHT: f32 = 0.9;
 /// of dimmed fireflies.
 const SECOND_REACH: usize = 5;
 const GUIDE_REACH: usize = SECOND_REACH + 2;
-const MARGIN: usize = GUIDE_REACH + 3 + 2 + 1;
+const MARGIN: usize = GUIDE_REACH + 3 + 2 + FIREFLY_REACH;
 
 /// Inputs of the filter in a window of the picture: light and surface features of all four
 /// replicates.
@@ -60,8 +56,8 @@ struct WindowReplicates {
     normal: [ColourPlanes; REPLICATE_COUNT],
     /// Feature of the surface distance, and the inverse of its tolerated squared difference.
     distance: (PixelPlane, PixelPlane),
-    /// Noise of each replicate: difference of its radiance from the mean of all four.
-    noise: [ColourPlanes; REPLICATE_COUNT],
+    /// Difference of the radiance of both halves.
+    difference: ColourPlanes,
 }
 
 impl WindowReplicates {
@@ -71,14 +67,14 @@ impl WindowReplicates {
             from_fn(|_| black_planes([window.width, window.height]))
         };
         let mut depth = PixelPlane::zero(window.width, window.height);
-        let [light, emission, albedo, normal, noise] = [(); 5].map(|()| all());
+        let [light, emission, albedo, normal] = [(); 4].map(|()| all());
         let mut tile = Self {
             light,
             emission,
             albedo,
             normal,
             distance: (depth.clone(), depth.clone()),
-            noise,
+            difference: black_planes([window.width, window.height]),
         };
         for i in 0..window.pixel_count() {
             let pixel = (window.y + i / window.width) * width + window.x + i % window.width;
@@ -88,15 +84,14 @@ impl WindowReplicates {
                 four.albedo_and_normal(pixel),
             );
             for channel in 0..3 {
-                let mean = radiance.iter().map(|value| value[channel]).sum::<f64>()
-                    / REPLICATE_COUNT as f64;
+                let [a, b, c, d] = radiance.map(|value| value[channel]);
+                tile.difference[channel].values[i] = ((a + b - c - d) / 2.0) as f32;
                 for r in 0..REPLICATE_COUNT {
                     tile.light[r][channel].values[i] =
                         (radiance[r][channel] - emission[r][channel]) as f32;
                     tile.emission[r][channel].values[i] = emission[r][channel] as f32;
                     tile.albedo[r][channel].values[i] = albedo[r][channel] as f32;
                     tile.normal[r][channel].values[i] = normal[r][channel] as f32;
-                    tile.noise[r][channel].values[i] = (radiance[r][channel] - mean) as f32;
                 }
             }
             depth.values[i] = four.depth(pixel);
@@ -162,13 +157,8 @@ pub(super) fn compute_candidates_of_rows(
         if tile.has_no_reflected_light() && !tile.has_noisy_emission() {
             tile.copy_emission(core.relative_to(window), &mut out);
         } else {
-            for [filtered, by] in [[[0, 1], [2, 3]], [[2, 3], [0, 1]]] {
-                tile.filter_pair_by_opposite_pair(
-                    (filtered, by),
-                    (core, window, size),
-                    &mut workspace,
-                    &mut out,
-                );
+            for half in [[0, 1], [2, 3]] {
+                tile.filter_half(half, (core, window, size), &mut workspace, &mut out);
             }
         }
         for (row, out) in out.chunks_exact(core.width).enumerate() {
@@ -177,135 +167,104 @@ pub(super) fn compute_candidates_of_rows(
     }
 }
 
-/// Two filtered replicates of a window.
-struct FilteredPair {
-    /// Indices of these two among the four replicates of the window.
-    filtered: [usize; 2],
+/// A filtered half of a window.
+struct FilteredHalf {
+    /// Indices of its two replicates among the four of the window.
+    replicates: [usize; 2],
     /// Light of the replicates with dimmed fireflies.
     targets: [ColourPlanes; 2],
-    /// Albedo of the replicates, increased so that it is never zero. Light is divided by it before
-    /// the filter.
-    floors: [ColourPlanes; 2],
-    /// `targets` divided by `floors`.
+    /// Albedo of the half, increased so that it is never zero. Light is divided by it before the
+    /// filter.
+    floor: ColourPlanes,
+    /// `targets` divided by `floor`.
     divided: [ColourPlanes; 2],
-    /// Filtered light, still divided by `floors`.
+    /// Filtered light, still divided by `floor`.
     light: FilterOutput,
     /// Filtered emission; `None` if the emission has no noise.
     emission: Option<FilterOutput>,
 }
 
 impl WindowReplicates {
-    /// Filters two replicates, with indices `filtered`, by weights computed from the two replicates
-    /// `by`. Adds the changes to the candidates `out` of the tile `core`.
-    fn filter_pair_by_opposite_pair(
+    /// Filters two replicates, one half of the film, by weights computed from themselves. Adds the
+    /// changes to the candidates `out` of the tile `core`.
+    fn filter_half(
         &self,
-        (filtered, by): ([usize; 2], [usize; 2]),
+        replicates: [usize; 2],
         (core, window, size): (Window, Window, [usize; 2]),
         workspace: &mut FilterWorkspace,
         out: &mut [PixelCandidates],
     ) {
         let places = [GUIDE_REACH, 0].map(|reach| core.grow(reach, size).relative_to(window));
-        let [one, other] = by;
-        // Each replicate of `by` is limited by its partner, and the filtered replicates by both of
-        // `by`.
-        let limits = by.map(|r| brightest_channel(&self.light[r]));
-        let guides = [0, 1].map(|k: usize| dim_fireflies(&self.light[by[k]], &limits[1 - k]));
-        let limit = PixelPlane::map_planes(
-            [
-                &brightest_channel(&guides[0]),
-                &brightest_channel(&guides[1]),
-            ],
-            |[a, b]| a.max(b),
-        );
-        let targets = filtered.map(|r| dim_fireflies(&self.light[r], &limit));
-        let albedo = [&self.albedo[one], &self.albedo[other]];
-        let normal = [&self.normal[one], &self.normal[other]];
+        // Each replicate is limited by the other one.
+        let limits = replicates.map(|r| brightest_channel(&self.light[r]));
+        let targets = [0, 1].map(|k| dim_fireflies(&self.light[replicates[k]], &limits[1 - k]));
+        let [albedo, normal] =
+            [&self.albedo, &self.normal].map(|layer| replicates.map(|r| &layer[r]));
         let floor = mean_colour(albedo)
             .map(|plane| PixelPlane::map_planes([&plane], |[a]| a + LEAST_ALBEDO));
-        let floors = filtered.map(|r| {
-            from_fn(|i| {
-                PixelPlane::map_planes(
-                    [&self.albedo[r][i], &albedo[0][i], &albedo[1][i]],
-                    |[a, b, c]| (a + b + c) / 3.0 + LEAST_ALBEDO,
-                )
-            })
-        });
-        let over = |of: &ColourPlanes, floor: &ColourPlanes| -> ColourPlanes {
-            from_fn(|i| PixelPlane::map_planes([&of[i], &floor[i]], |[a, b]| a / b))
-        };
-        let guides = guides.each_ref().map(|guide| over(guide, &floor));
-        let divided: [ColourPlanes; 2] = from_fn(|k| over(&targets[k], &floors[k]));
-        let of_light = surface_features(albedo, normal, &self.distance, false);
-        let light = run_both_filter_passes(
-            guides.each_ref(),
-            divided.each_ref(),
-            &of_light,
-            places,
-            workspace,
-        );
+        let divided = targets
+            .each_ref()
+            .map(|of| from_fn(|i| PixelPlane::map_planes([&of[i], &floor[i]], |[a, b]| a / b)));
+        let features = surface_features(albedo, normal, &self.distance, false);
+        let light = run_both_filter_passes(divided.each_ref(), &features, places, workspace);
         let emission = self.has_noisy_emission().then(|| {
-            let of_emission = surface_features(albedo, normal, &self.distance, true);
-            let targets = filtered.map(|r| &self.emission[r]);
-            run_both_filter_passes(
-                [&self.emission[one], &self.emission[other]],
-                targets,
-                &of_emission,
-                places,
-                workspace,
-            )
+            let features = surface_features(albedo, normal, &self.distance, true);
+            let targets = replicates.map(|r| &self.emission[r]);
+            run_both_filter_passes(targets, &features, places, workspace)
         });
-        let pair = FilteredPair {
-            filtered,
+        let half = FilteredHalf {
+            replicates,
             targets,
-            floors,
+            floor,
             divided,
             light,
             emission,
         };
-        self.add_candidates(&pair, places[1], window.width, out);
+        self.add_candidates(&half, places[1], window.width, out);
     }
 
-    /// Adds the changes of a filtered pair of replicates to the candidates `out` of the tile
-    /// `core`. `width` is the width of the window in pixels.
+    /// Adds the changes of a filtered half to the candidates `out` of the tile `core`. `width` is
+    /// the width of the window in pixels.
     fn add_candidates(
         &self,
-        pair: &FilteredPair,
+        half: &FilteredHalf,
         core: Window,
         width: usize,
         out: &mut [PixelCandidates],
     ) {
-        let (light, filtered) = (&pair.light, pair.filtered);
+        let light = &half.light;
         for (index, out) in out.iter_mut().enumerate() {
             let position = (core.y + index / core.width) * width + core.x + index % core.width;
-            for k in 0..2 {
-                let partner = filtered[1 - k];
+            for (k, replicate) in half.replicates.into_iter().enumerate() {
                 for i in 0..3 {
                     let (dim, floor, own) = (
-                        pair.targets[k][i].values[position],
-                        pair.floors[k][i].values[position],
+                        half.targets[k][i].values[position],
+                        half.floor[i].values[position],
                         light.own_weights.values[position],
                     );
                     let mean = light.means[k][i].values[position];
                     let own = if own < MAX_OWN_WEIGHT { own } else { 0.0 };
                     let without =
-                        (mean - own * pair.divided[k][i].values[position]) / (1.0 - own) * floor;
-                    let seen = self.emission[filtered[k]][i].values[position];
-                    let filtered_emission = pair
+                        (mean - own * half.divided[k][i].values[position]) / (1.0 - own) * floor;
+                    let seen = self.emission[replicate][i].values[position];
+                    let filtered_emission = half
                         .emission
                         .as_ref()
                         .map_or(seen, |emission| emission.means[k][i].values[position]);
                     let added = [
                         mean * floor - dim,
                         filtered_emission - seen,
-                        dim - self.light[filtered[k]][i].values[position],
+                        dim - self.light[replicate][i].values[position],
                     ];
                     out.base_colour[i] += (without + filtered_emission) / REPLICATE_COUNT as f32;
-                    let noise = self.noise[partner][i].values[position];
-                    for ((sum, apart), added) in
+                    // The other half is away from the mean of both by half of the difference.
+                    let apart = self.difference[i].values[position] / 2.0;
+                    let apart = if replicate < 2 { apart } else { -apart };
+                    for ((sum, term), added) in
                         out.changes.iter_mut().zip(&mut out.error_terms).zip(added)
                     {
                         sum[i] += added / REPLICATE_COUNT as f32;
-                        apart[i] -= added * noise / REPLICATE_COUNT as f32;
+                        term[i] += added * apart / REPLICATE_COUNT as f32;
                     }
                 }
             }
@@ -314,38 +273,47 @@ impl WindowReplicates {
 }
 
 /// Returns a picture of light in which fireflies are dimmed. The limit of a pixel is
-/// [`FIREFLY_FACTOR`] times the maximum of `limit` over three by three pixels, plus
+/// [`FIREFLY_FACTOR`] times the maximum of `limit` within [`FIREFLY_REACH`], plus
 /// [`FIREFLY_OFFSET`]. A colour whose brightest channel exceeds the limit is scaled down to it.
 fn dim_fireflies(light: &ColourPlanes, limit: &PixelPlane) -> ColourPlanes {
     let share = PixelPlane::map_planes(
-        [&brightest_channel(light), &limit.max_filter()],
+        [&brightest_channel(light), &limit.max_filter(FIREFLY_REACH)],
         |[own, near]| ((FIREFLY_FACTOR * near.max(0.0) + FIREFLY_OFFSET) / own.max(1e-9)).min(1.0),
     );
     from_fn(|i| PixelPlane::map_planes([&light[i], &share], |[of, share]| of * share))
 }
 
-/// Runs both filter passes. The first pass filters the guides by themselves; the second filters the
-/// targets by the result of the first. `places` holds the windows that each pass computes.
+/// Runs both filter passes over the replicates of a half. The first pass filters each replicate by
+/// the other one. The second pass filters both by the mean of the first pass. `places` holds the
+/// windows that each pass computes.
 fn run_both_filter_passes(
-    guides: [&ColourPlanes; 2],
-    targets: [&ColourPlanes; 2],
+    replicates: [&ColourPlanes; 2],
     features: &[(PixelPlane, PixelPlane)],
     places: [Window; 2],
     workspace: &mut FilterWorkspace,
 ) -> FilterOutput {
-    let colour = mean_colour(guides);
-    let noise = smooth_variance(&variance_of_mean(guides));
+    let noise = smooth_variance(&variance_of_mean(replicates));
+    let of_one = PixelPlane::map_planes([&noise], |[v]| 2.0 * v);
     let inverse_noise = PixelPlane::map_planes([&noise], |[v]| 1.0 / (v + 1e-8));
-    let first = FilterGuide {
-        colour: &colour,
-        variance: &noise,
-        noise: &noise,
-        inverse_noise: &inverse_noise,
-        features,
-        strictness: FIRST_PASS,
-    };
-    let [one, other] =
-        filter_non_local_means(&first, guides, places[0], &NEAR_OFFSETS, workspace).means;
+    let [one, other] = [0, 1].map(|k| {
+        let first = FilterGuide {
+            colour: replicates[1 - k],
+            variance: &of_one,
+            noise: &noise,
+            inverse_noise: &inverse_noise,
+            features,
+            inverse_tolerance: FIRST_PASS,
+        };
+        let [mean, _] = filter_non_local_means(
+            &first,
+            [replicates[k]; 2],
+            places[0],
+            &NEAR_OFFSETS,
+            workspace,
+        )
+        .means;
+        mean
+    });
     let colour = mean_colour([&one, &other]);
     let own = smooth_variance(&variance_of_mean([&one, &other]));
     let unsure = PixelPlane::map_planes(
@@ -358,7 +326,7 @@ fn run_both_filter_passes(
         noise: &noise,
         inverse_noise: &inverse_noise,
         features,
-        strictness: SECOND_PASS,
+        inverse_tolerance: SECOND_PASS,
     };
-    filter_non_local_means(&second, targets, places[1], &FAR_OFFSETS, workspace)
+    filter_non_local_means(&second, replicates, places[1], &FAR_OFFSETS, workspace)
 }

@@ -46,7 +46,7 @@ pub(super) fn estimate_error(
     let [mut absolute, mut relative, mut by_own] = [(); 3].map(|()| BlockErrorSums::new(size));
     let (mut before, mut change, mut noise) = (0.0, 0.0, 0.0);
     for (index, pixel) in pixels.iter().enumerate() {
-        let [mean, variance, _] = replicate_statistics(four.radiance(index));
+        let [mean, _, variance] = replicate_statistics(four.radiance(index));
         let (mut sums, mut colour) = ([0.0; 3], [0.0; 3]);
         for i in 0..3 {
             let (added, error) = (
@@ -80,10 +80,11 @@ pub(super) fn estimate_error(
     }
     let off = (relative.mean_error() - by_own.mean_error()).abs() / 4.0;
     let is_unknown = relative.is_interval_meaningless(off, noise / relative.pixels);
-    let (noisy, noisy_doubt) = noisy_error_and_doubt(film);
     let (rmse, root_relmse) = (absolute.rms_interval(0.0), relative.rms_interval(off));
     let is_wide = is_unknown || root_relmse.is_meaningless();
-    let doubt = noisy_doubt.or(is_wide.then_some(EstimateDoubt::WideInterval));
+    let doubt = film
+        .doubt_about_denoising()
+        .or(is_wide.then_some(EstimateDoubt::WideInterval));
     let error = Uncertainty {
         rmse,
         root_relmse,
@@ -95,22 +96,9 @@ pub(super) fn estimate_error(
         standard_error: pixel_standard_errors(size, pixels),
         picture,
         error,
-        noisy_error: noisy,
+        noisy_error: film.estimate_uncertainty(),
         light_change: brightened,
     }
-}
-
-/// Returns the error of the noisy picture, and the doubt that it leaves about the denoised picture.
-///
-/// Light that few samples found is spread by the filter, and light that no sample found is missing
-/// in all replicates. The replicates agree in both cases, so their differences do not show the
-/// error.
-fn noisy_error_and_doubt(film: &Film) -> (Option<Uncertainty>, Option<EstimateDoubt>) {
-    let (noisy, is_rare) = film.estimate_uncertainty_and_rarity().unzip();
-    let rare = is_rare
-        .is_some_and(|is| is)
-        .then_some(EstimateDoubt::FewPixels);
-    (noisy, noisy.and_then(|noisy| noisy.doubt).or(rare))
 }
 
 /// Returns the factor from a squared error to a relative squared error: the mean of 1/(c² + 0.01)
@@ -255,11 +243,7 @@ mod tests {
         use crate::film::tests::{ReplicateSample, film_of};
         let doubt = |noise: f64, below: f32| {
             let sample = |_: usize, replicate: usize| {
-                let radiance = [if replicate.is_multiple_of(2) {
-                    noise
-                } else {
-                    -noise
-                }; 3];
+                let radiance = [if replicate < 2 { noise } else { -noise }; 3];
                 ReplicateSample {
                     radiance,
                     emission: [0.0; 3],

@@ -14,7 +14,7 @@ use raywright_bvh::{SimdTask, run_widest};
 use super::filter_rows::{
     GuideRow, LANES, PixelRow, ROW, TargetRow, WeightedSums, non_black_window,
 };
-use super::guide::{FilterGuide, FilterTolerance};
+use super::guide::FilterGuide;
 use super::plane::{ColourPlanes, PixelPlane, Window, black_planes};
 use super::row_kernels;
 
@@ -51,23 +51,9 @@ pub(super) struct FilterWorkspace {
     guide_rows: Vec<GuideRow>,
     target_rows: Vec<TargetRow>,
     sums: Vec<WeightedSums>,
-    /// Recent rows of squared differences, for each horizontal offset.
-    recent_rows: Vec<RecentRows>,
-}
-
-/// The last three rows of squared differences for one horizontal offset, and of the means of each
-/// difference and its two neighbours in the row.
-#[derive(Clone)]
-struct RecentRows {
-    differences: [PixelRow; 3],
-    means: [PixelRow; 3],
-}
-
-impl RecentRows {
-    const NOTHING: Self = Self {
-        differences: [[0.0; ROW]; 3],
-        means: [[0.0; ROW]; 3],
-    };
+    /// The last three rows of the mean of each squared difference and its two neighbours in the
+    /// row, for each horizontal offset.
+    recent_rows: Vec<[PixelRow; 3]>,
 }
 
 /// Filters two target pictures within the window `core`. Pixels outside the given planes are
@@ -104,7 +90,7 @@ pub(super) fn filter_non_local_means(
     GuideRow::copy_guide_rows(&mut workspace.guide_rows, guide, rows);
     for block in lit {
         run_widest(FilterPass {
-            strictness: guide.strictness,
+            inverse_tolerance: guide.inverse_tolerance,
             size,
             block,
             offsets,
@@ -135,7 +121,7 @@ impl FilterOutput {
 
 /// SIMD task: a filter pass over one block of rows.
 struct FilterPass<'a> {
-    strictness: FilterTolerance,
+    inverse_tolerance: f32,
     /// Width and height of the planes in pixels.
     size: [usize; 2],
     block: Window,
@@ -197,7 +183,7 @@ impl FilterPass<'_> {
     fn add_neighbours_at_offsets(&mut self, offsets: &[[isize; 2]]) {
         let (block, [width, height], dy) = (self.block, self.size, offsets[0][0]);
         let lately = &mut self.workspace.recent_rows;
-        lately.resize(offsets.len().max(lately.len()), RecentRows::NOTHING);
+        lately.resize(offsets.len().max(lately.len()), [[0.0; ROW]; 3]);
         let (top, bottom) = indices_with_neighbour(dy, height);
         let lines = block.y.max(top)..(block.y + block.height).min(bottom);
         let mut next = lines.start.saturating_sub(1).max(top);
@@ -245,16 +231,15 @@ impl FilterPass<'_> {
         let (length, padded) = (columns.len(), columns.len().next_multiple_of(LANES));
         let (x, beside) = (columns.start, shift_index(columns.start, dx));
         let (own, there) = (&compared[y], &compared[other]);
-        let RecentRows { differences, means } = &mut lately[index];
-        let (differences, means) = (&mut differences[y % 3], &mut means[y % 3]);
+        let mut differences = [0.0; ROW];
         row_kernels::colour_distances(
             &mut differences[..padded],
             (&own.colour, x),
             (&there.colour, beside),
             [&own.variance[x..], &there.variance[beside..]],
-            self.strictness.inverse_tolerance,
+            self.inverse_tolerance,
         );
-        row_kernels::average_with_neighbours(means, differences, length);
+        row_kernels::average_with_neighbours(&mut lately[index][y % 3], &differences, length);
     }
 
     /// Computes the weights of a row of neighbours, and adds their weighted colours to the sums.
@@ -278,12 +263,10 @@ impl FilterPass<'_> {
         );
         let padded = length.next_multiple_of(LANES);
         let (x, beside) = (columns.inner.start, shift_index(columns.inner.start, dx));
-        let RecentRows { differences, means } = &lately[index];
         let mut weights = [0.0; ROW];
         row_kernels::neighbour_weights(
             &mut weights[..padded],
-            around.map(|slot| &means[slot][inner..]),
-            (&differences[around[1]][inner..], self.strictness.own_share),
+            around.map(|slot| &lately[index][slot][inner..]),
             (&compared[y], x),
             (&compared[other], beside),
         );

@@ -103,7 +103,7 @@ pub(super) fn non_black_window(rows: &[TargetRow], block: Window, reach: usize) 
     let (first, end) = lit.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
     let left = first.saturating_sub(reach).max(block.x);
     let right = (end + reach).min(block.x + block.width);
-    (left < right).then_some(Window {
+    (left < right).then(|| Window {
         x: left,
         width: right - left,
         ..block
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
 
     /// Protects: the filtered part of a block holds every pixel within reach of a lit one, to the
-    /// last row and column, and nothing of a black block.
+    /// last row and column, and nothing of a black block or of one far from any light.
     #[test]
     fn what_is_lit_is_filtered() {
         let mut colours = [(); 2].map(|()| black_planes([60, 40]));
@@ -156,6 +156,9 @@ mod tests {
             non_black_window(&rows, block, 3).map(|part| (part.x, part.x + part.width))
         };
         assert_eq!(part(&colours, 20), None);
+        colours[0][1].values[20 * 60 + 59] = 1.0;
+        assert_eq!(part(&colours, 20), None, "beyond the block and the reach");
+        colours[0][1].values[20 * 60 + 59] = 0.0;
         colours[1][2].values[20 * 60 + 30] = -1.0;
         assert_eq!(
             [13, 14, 20, 23, 24].map(|y| part(&colours, y)),

@@ -3,17 +3,6 @@
 
 use super::plane::{ColourPlanes, PixelPlane};
 
-/// Tolerance with which a filter pass compares pixels.
-#[derive(Clone, Copy)]
-pub(super) struct FilterTolerance {
-    /// Inverse of the tolerated squared difference of colours, which is measured in units of the
-    /// noise's variance.
-    pub inverse_tolerance: f32,
-    /// Weight of a pixel's own squared difference, 0 to 1. The mean difference over three by three
-    /// pixels counts as at least this weight times the pixel's own difference.
-    pub own_share: f32,
-}
-
 /// Planes by which a filter pass compares pixels.
 pub(super) struct FilterGuide<'a> {
     pub colour: &'a ColourPlanes,
@@ -26,5 +15,7 @@ pub(super) struct FilterGuide<'a> {
     pub inverse_noise: &'a PixelPlane,
     /// Surface features, each with the inverse of its tolerated squared difference.
     pub features: &'a [(PixelPlane, PixelPlane)],
-    pub strictness: FilterTolerance,
+    /// Inverse of the tolerated squared difference of colours, which is measured in units of the
+    /// noise's variance.
+    pub inverse_tolerance: f32,
 }

@@ -1,10 +1,12 @@
 //! Denoising of a film, with an estimate of the error of the denoised picture.
 //!
-//! A film holds four *replicates*: pictures from independent quarters of the samples. Replicates
-//! form two pairs of *partners*, the halves of the film. Each half is filtered with weights
-//! computed from the opposite half. The filter has two passes of non-local means (Buades, Coll and
-//! Morel, "A Non-Local Algorithm for Image Denoising", 2005). It uses features and variances as in
-//! Rousselle, Manzi and Zwicker ("Robust Denoising Using Feature and Color Information", 2013).
+//! A film holds four *replicates*: pictures from quarters of the samples. The first two and the last
+//! two are the *halves* of the film, which are independent. Each half is filtered by weights that
+//! are computed from itself. The filter has two passes of non-local means (Buades, Coll and Morel,
+//! "A Non-Local Algorithm for Image Denoising", 2005). In the first, the weights of each replicate
+//! are those of the other one of its half, so that noise does not choose them; the result guides
+//! the second. The filter uses features and variances as in Rousselle, Manzi and Zwicker ("Robust
+//! Denoising Using Feature and Color Information", 2013).
 //!
 //! - Reflected light is divided by the albedo plus a tenth before filtering: texture is not taken
 //!   for noise.
@@ -12,12 +14,13 @@
 //! - The share of the filtered colour in a pixel is computed from the pixel's surroundings, without
 //!   the pixel itself (`candidate_mixture`).
 //!
-//! The denoised picture is D = ¼ Σ Pᵢ, where Pᵢ is the filtered replicate i. Pᵢ is independent of
-//! xᵢ′, the partner of replicate i. Let s² be the sample variance of the four replicates. Then mean
-//! (Pᵢ − xᵢ′)² − s² has the mean squared error of the Pᵢ as its expectation. The squared error of
-//! their mean D is less by their variance: the estimate is mean (Pᵢ − xᵢ′)² − s² − mean (Pᵢ − D)².
-//! It needs no reference picture. It assumes nothing about the filter, only that replicates are
-//! independent. `error_estimate` derives an interval.
+//! The denoised picture is D = ½ Σ Pₕ, where Pₕ is the filtered half h. Pₕ is independent of xₕ′, the
+//! opposite half. Let s² = ½ (x₁ − x₂)² be the sample variance of the halves. Then mean (Pₕ − xₕ′)² −
+//! s² has the mean squared error of the Pₕ as its expectation. The squared error of their mean D is
+//! less by their variance: the estimate is mean (Pₕ − xₕ′)² − s² − mean (Pₕ − D)². With the changes
+//! aₕ = Pₕ − xₕ it is (½ Σ aₕ)² + ¼ (x₁ − x₂)² + ½ (x₁ − x₂) (a₁ − a₂). It needs no reference
+//! picture. It assumes nothing about the filter, only that the halves are independent: the replicates
+//! of a half may share a net. `error_estimate` derives an interval.
 //!
 //! The bits of the result depend on the film alone: tiles have a fixed size, and sums are added row
 //! by row. Pixels at the edge of a crop have fewer neighbours than in the whole picture.

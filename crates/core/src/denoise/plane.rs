@@ -119,9 +119,9 @@ impl PixelPlane {
         sums
     }
 
-    /// Returns, for each pixel, the maximum over the three by three pixels around it.
-    pub fn max_filter(&self) -> Self {
-        self.combine_neighbours(1, |a, b| if b > a { b } else { a })
+    /// Returns for each pixel the maximum over the square of (2 `reach` + 1)² pixels around it.
+    pub fn max_filter(&self, reach: usize) -> Self {
+        self.combine_neighbours(reach, |a, b| if b > a { b } else { a })
     }
 
     /// Returns the squared slope at each pixel. Along the row, it is the square of the smaller of

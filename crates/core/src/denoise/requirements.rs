@@ -2,8 +2,8 @@
 
 use crate::settings::{Aov, Sampling};
 
-/// Number of replicates (pictures from independent samples) that denoising uses. They form two
-/// pairs; each pair is filtered with weights computed from the opposite pair.
+/// Number of replicates (pictures from parts of the samples) that denoising uses: two in each of
+/// two independent halves.
 pub(crate) const REPLICATE_COUNT: usize = 4;
 
 /// Number of replicates that a film must have.
@@ -39,8 +39,8 @@ pub(super) struct PixelCandidates {
     /// Change of the colour by each candidate. After mixing, the first entry is the total applied
     /// change. The second entry is the colour with all candidates applied in full.
     pub changes: [[f32; 3]; CANDIDATES],
-    /// For each candidate, the negated mean product of its change in a replicate and the noise of
-    /// the partner replicate. It is half of the first-order change of the squared error. After
+    /// For each candidate, a quarter of the product of the difference of both halves and the
+    /// difference of its changes of both halves. It is half of the first-order change of the squared error. After
     /// mixing, the first entry is the estimated squared error.
     pub error_terms: [[f32; 3]; CANDIDATES],
 }

@@ -56,21 +56,18 @@ pub(super) fn average_with_neighbours(to: &mut PixelRow, of: &PixelRow, length: 
     }
 }
 
-/// Writes the weights of a row of neighbours. The weight of a neighbour falls with the greatest of
-/// three distances:
-/// - the mean over three rows of colour differences;
-/// - the pixel's own colour difference times `share`;
-/// - the greatest difference of a feature.
+/// Writes the weights of a row of neighbours. The weight of a neighbour falls with the greater of two
+/// distances: the mean over three rows of colour differences, and the greatest difference of a
+/// feature.
 #[inline(always)]
 pub(super) fn neighbour_weights(
     to: &mut [f32],
     [above, here, below]: [&[f32]; 3],
-    (own, share): (&[f32], f32),
     (compared, x): (&GuideRow, usize),
     (other, beside): (&GuideRow, usize),
 ) {
     let n = to.len();
-    let [above, here, below, own] = [&above[..n], &here[..n], &below[..n], &own[..n]];
+    let [above, here, below] = [&above[..n], &here[..n], &below[..n]];
     let row = |k: usize| {
         [
             &compared.features[k][x..][..n],
@@ -86,8 +83,6 @@ pub(super) fn neighbour_weights(
     for i in 0..n {
         let mean = (above[i] + here[i] + below[i]) * (1.0 / 3.0);
         let mut apart = if mean > 0.0 { mean } else { 0.0 };
-        let minimum = share * own[i];
-        apart = if minimum > apart { minimum } else { apart };
         for [a, b, tolerance] in rows {
             let difference = a[i] - b[i];
             let forbidden = difference * difference * tolerance[i];
@@ -168,30 +163,27 @@ mod tests {
         }
     }
 
-    /// Protects: a weight follows the largest of the rows' mean difference, the share of the
-    /// pixel's own difference, and each of the features' differences, not the first one alone.
+    /// Protects: a weight follows the largest of the rows' mean difference and each of the features'
+    /// differences, not the first one alone.
     #[test]
     fn weights_follow_the_largest_difference() {
-        const SHARE: f32 = 0.5;
         const X: usize = 3;
         const BESIDE: usize = 7;
         let [mut row, mut other] = [GuideRow::BLACK, GuideRow::BLACK];
-        let length = 2 * (FEATURES + 2);
-        let [mut differences, mut own] = [[0.0_f32; ROW]; 2];
+        let length = 2 * (FEATURES + 1);
+        let mut differences = [0.0_f32; ROW];
         // Pixel 2k is apart by one cause, k, alone; pixel 2k + 1 by nothing.
         for k in 0..FEATURES {
             row.features[k][X + 2 * k] = 1.0;
             row.tolerances[k][X + 2 * k] = 0.5 + k as f32 * 0.1;
         }
         differences[2 * FEATURES] = 2.0;
-        own[2 * FEATURES + 2] = 3.0;
         row.noise = [1.0; ROW];
         other.inverse_noise = [1.0; ROW];
         let mut weights = [f32::NAN; ROW];
         neighbour_weights(
             &mut weights[..length],
             [&differences, &differences, &differences],
-            (&own, SHARE),
             (&row, X),
             (&other, BESIDE),
         );
@@ -199,8 +191,7 @@ mod tests {
             let apart = match i / 2 {
                 _ if i % 2 == 1 => 0.0,
                 k if k < FEATURES => 0.5 + k as f32 * 0.1,
-                FEATURES => 2.0,
-                _ => SHARE * 3.0,
+                _ => 2.0,
             };
             let expected = (1.0 - apart / 4.0).powi(4);
             assert!(

@@ -69,9 +69,12 @@ fn flat_pictures_lose_their_noise() {
         .map(|&e| f64::from(e * e))
         .sum::<f64>()
         / (3 * film.plan().pixel_count()) as f64;
+    // The estimate of a pixel has a standard deviation of twice the noise's variance over 21, the
+    // edge of its neighbourhood. As it is not below zero, 0.4 of that is added on average.
+    let added = 0.4 * 2.0 * before / 21.0;
     assert!(
-        (0.5..3.0).contains(&(reported / after)),
-        "{reported} for {after}"
+        (0.5 * after..after + 1.2 * added).contains(&reported),
+        "{reported} for {after} and {added}"
     );
     assert!(
         found_denoised.light_change.abs() < 0.002,
@@ -160,9 +163,9 @@ fn fireflies_do_not_confirm_themselves() {
     );
 }
 
-/// Protects: the leave-one-out colour is independent of the pixel's own noise. Two replicates are
-/// constant, so that weights are uniform, and a changed sample of a third one changes the
-/// neighbours' colours and not the pixel's.
+/// Protects: the leave-one-out colour hardly depends on the pixel's own noise: by the weights alone. A
+/// changed sample of one replicate changes the neighbours' colours, and the pixel's by less than a
+/// tenth of that. (With the pixel itself it would be as much.)
 #[test]
 fn a_pixel_has_no_part_in_its_own_base() {
     let position = 16 * 40 + 20;
@@ -181,8 +184,8 @@ fn a_pixel_has_no_part_in_its_own_base() {
         ]
     };
     let [low, high] = [0.45, 0.55].map(value_of);
-    assert!((low[0] - high[0]).abs() < 1e-6, "{low:?} {high:?}");
-    assert!((low[1] - high[1]).abs() > 1e-5, "{low:?} {high:?}");
+    let [own, beside] = [0, 1].map(|k| (low[k] - high[k]).abs());
+    assert!(own < 0.1 * beside && beside > 1e-5, "{low:?} {high:?}");
 }
 
 /// Protects: the expected noise is subtracted from a difference, (4 − 1 − 1)/(1 + 2)/2, and pixels
@@ -216,7 +219,7 @@ fn drawn(width: usize) -> impl Fn(usize) -> f64 {
 
 /// Protects: the error estimate is unbiased for any filter: over 60 pictures with content invisible
 /// to features, and noise that depends on brightness, the mean estimated squared error is the mean
-/// true one within three standard errors. (A half that filters itself gives a negative estimate.)
+/// true one within three standard errors. (Halves that know each other give a negative estimate.)
 #[test]
 fn claims_are_right_on_average() {
     const RUNS: u64 = 60;

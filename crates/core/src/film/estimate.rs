@@ -1,13 +1,16 @@
 //! Mean radiance of a pixel and the standard error of this mean, estimated from the pixel's
 //! replicates.
 
+use core::ops::Range;
+
 use super::relative_error::average_over_square;
 use super::sums::COVERAGE_UNITS;
 use super::{Film, FilmPart, ReplicateBuffer};
 
-/// Statistics over those replicates of a film that have samples, in ascending order of replicates.
+/// Statistics over the independent parts of a film's samples, in ascending order of replicates.
 pub(super) struct ReplicateStats<'a> {
-    buffers: Vec<&'a ReplicateBuffer>,
+    /// Buffers of each independent part. Empty where the part has no samples.
+    parts: Vec<Vec<&'a ReplicateBuffer>>,
     /// Whether all replicates have equal weight, whatever their number of samples. Under adaptive
     /// sampling, the number of samples depends on the colours of other replicates: weights by
     /// number would bias the mean.
@@ -15,11 +18,33 @@ pub(super) struct ReplicateStats<'a> {
 }
 
 impl<'a> ReplicateStats<'a> {
-    pub fn new(planes: impl Iterator<Item = &'a ReplicateBuffer>, even: bool) -> Self {
+    pub fn new(parts: impl Iterator<Item = Vec<&'a ReplicateBuffer>>, even: bool) -> Self {
         Self {
-            buffers: planes.collect(),
+            parts: parts.collect(),
             equal_weights: even,
         }
+    }
+
+    fn buffers(&self) -> impl Iterator<Item = &'a ReplicateBuffer> {
+        self.parts.iter().flatten().copied()
+    }
+
+    /// Returns the summed radiance and the number of samples of a pixel in each independent part in
+    /// which it has samples.
+    fn sampled_parts(&self, pixel: usize) -> impl Iterator<Item = ([f64; 3], f64)> {
+        let total = move |part: &Vec<&ReplicateBuffer>| {
+            part.iter().fold(([0.0; 3], 0.0), |(sum, count), buffer| {
+                let own = buffer.pixel_total(pixel);
+                (
+                    core::array::from_fn(|i| sum[i] + own[i]),
+                    count + f64::from(buffer.samples[pixel]),
+                )
+            })
+        };
+        self.parts
+            .iter()
+            .map(total)
+            .filter(|&(_, count)| count > 0.0)
     }
 
     /// Returns the mean radiance of a pixel, black without samples, and its number of samples.
@@ -27,7 +52,7 @@ impl<'a> ReplicateStats<'a> {
     #[inline]
     pub fn mean(&self, pixel: usize) -> ([f64; 3], f64) {
         let (mut sum, mut count, mut weights) = ([0.0; 3], 0_u64, 0.0);
-        for buffer in &self.buffers {
+        for buffer in self.buffers() {
             let (value, n) = (buffer.pixel_total(pixel), buffer.samples[pixel]);
             let weight = if self.equal_weights {
                 1.0 / f64::from(n.max(1))
@@ -57,7 +82,7 @@ impl<'a> ReplicateStats<'a> {
         value_of: impl Fn(&ReplicateBuffer) -> &Vec<u32>,
     ) -> f64 {
         let (mut covered, mut weights) = (0.0, 0.0);
-        for buffer in &self.buffers {
+        for buffer in self.buffers() {
             let n = buffer.samples[pixel];
             let weight = if self.equal_weights {
                 1.0 / f64::from(n.max(1))
@@ -72,25 +97,16 @@ impl<'a> ReplicateStats<'a> {
 
     /// Returns the number of replicates in which a pixel has samples.
     pub fn replicate_count(&self, pixel: usize) -> u32 {
-        let sampled_buffers = self
-            .buffers
-            .iter()
-            .filter(|buffer| buffer.samples[pixel] > 0);
-        sampled_buffers.count() as u32
+        self.sampled_parts(pixel).count() as u32
     }
 
     /// Overwrites `means` with the pixel's mean radiance in each replicate in which it has samples.
     pub fn collect_replicate_means(&self, pixel: usize, means: &mut Vec<[f64; 3]>) {
         means.clear();
-        let sampled_buffers = self
-            .buffers
-            .iter()
-            .filter(|buffer| buffer.samples[pixel] > 0);
-        means.extend(sampled_buffers.map(|buffer| {
-            buffer
-                .pixel_total(pixel)
-                .map(|sum| sum / f64::from(buffer.samples[pixel]))
-        }));
+        means.extend(
+            self.sampled_parts(pixel)
+                .map(|(sum, count)| sum.map(|sum| sum / count)),
+        );
     }
 
     /// Returns the standard error of each pixel's mean radiance, per channel. The film has `pixels`
@@ -176,25 +192,18 @@ impl<'a> ReplicateStats<'a> {
                 || buffer.first_hits.get(pixel).is_some_and(|&n| n == 0)
         };
         let is_black = |buffer: &ReplicateBuffer| buffer.pixel_total(pixel)[channel] == 0.0;
-        self.buffers.iter().all(|buffer| is_black(buffer))
-            && !self.buffers.iter().all(|buffer| is_empty(buffer))
+        self.buffers().all(is_black) && !self.buffers().all(is_empty)
     }
 
     /// Returns the deviations of a pixel's replicates from the pixel's mean.
     pub fn replicate_deviations(&self, pixel: usize) -> ReplicateDeviations {
         let (mean, samples) = self.mean(pixel);
-        let sampled_buffers = || {
-            self.buffers
-                .iter()
-                .filter(|buffer| buffer.samples[pixel] > 0)
-        };
         let mut means = ReplicateDeviations {
             squared_deviations: [0.0; 3],
-            replicates: sampled_buffers().count() as u32,
+            replicates: self.replicate_count(pixel),
             samples,
         };
-        for buffer in sampled_buffers() {
-            let (sum, n) = (buffer.pixel_total(pixel), f64::from(buffer.samples[pixel]));
+        for (sum, n) in self.sampled_parts(pixel) {
             let apart: [f64; 3] = core::array::from_fn(|i| sum[i] / n - mean[i]);
             let weight = if self.equal_weights {
                 samples / f64::from(means.replicates)
@@ -210,24 +219,35 @@ impl<'a> ReplicateStats<'a> {
 }
 
 impl Film {
-    /// Returns the mean radiance of each pixel of a tile, one list per replicate; `None` if a
-    /// replicate of the tile is incomplete.
+    /// Returns the mean radiance of each pixel of a tile, one list for each net of independent
+    /// samples; `None` if a replicate of the tile is incomplete.
     pub(crate) fn tile_replicates(&self, tile: u32) -> Option<Vec<Vec<[f32; 3]>>> {
         let part = FilmPart {
             tiles: tile..tile + 1,
             ..self.full_part()
         };
-        let means = |replicate| {
-            let buffer = self.tile_buffer(tile, replicate);
+        let together = self.plan.replicates_per_net();
+        let means = |first: u32| {
+            let buffers: Vec<ReplicateBuffer> = (first..first + together)
+                .map(|replicate| self.tile_buffer(tile, replicate))
+                .collect();
             let mean = |pixel: usize| {
-                let samples = f64::from(buffer.samples[pixel].max(1));
-                buffer.pixel_total(pixel).map(|sum| (sum / samples) as f32)
+                let samples: f64 = buffers.iter().map(|b| f64::from(b.samples[pixel])).sum();
+                let total = |channel: usize| -> f64 {
+                    buffers.iter().map(|b| b.pixel_total(pixel)[channel]).sum()
+                };
+                [0, 1, 2].map(|channel| (total(channel) / samples.max(1.0)) as f32)
             };
             (0..self.plan().tile_pixel_count(tile) as usize)
                 .map(mean)
                 .collect()
         };
-        (self.unfinished_tiles(&part) == 0).then(|| part.replicates.map(means).collect())
+        (self.unfinished_tiles(&part) == 0).then(|| {
+            part.replicates
+                .step_by(together as usize)
+                .map(means)
+                .collect()
+        })
     }
 }
 

@@ -13,7 +13,7 @@ impl Film {
         }
         let pixel = y as usize * self.plan.crop.width as usize + x as usize;
         let within = self.spread.get(pixel)?.map(|s| f64::from(s) * f64::from(s));
-        let means = self.replicate_stats().replicate_deviations(pixel);
+        let means = self.stats_of_groups(1).replicate_deviations(pixel);
         (means.samples >= 2.0).then(|| {
             core::array::from_fn(|i| {
                 (within[i] + means.squared_deviations[i]) / (means.samples - 1.0)
@@ -24,9 +24,7 @@ impl Film {
     /// Returns the standard error of each pixel's mean, as in the layer `stderr`, with the degrees
     /// of freedom: one less than the number of replicates. `None` with fewer than two replicates.
     pub fn standard_errors(&self) -> Option<(Vec<[f32; 3]>, u32)> {
-        let freedom = self
-            .plan
-            .replicates
+        let freedom = (self.plan.replicates / self.plan.replicates_per_net())
             .checked_sub(1)
             .filter(|freedom| *freedom > 0 && self.plan.random)?;
         Some((self.standard_errors_or_unknown(), freedom))
@@ -42,8 +40,18 @@ impl Film {
             .standard_errors(self.plan.pixel_count(), self.plan.crop.width as usize)
     }
 
+    /// Returns the statistics over the film's nets, which are independent.
     pub(super) fn replicate_stats(&self) -> ReplicateStats<'_> {
-        ReplicateStats::new(self.buffers.iter().flatten(), self.plan.adaptive)
+        self.stats_of_groups(self.plan.replicates_per_net())
+    }
+
+    /// Returns the statistics over groups of `count` replicates each.
+    pub(super) fn stats_of_groups(&self, count: u32) -> ReplicateStats<'_> {
+        let groups = self.buffers.chunks(count as usize);
+        ReplicateStats::new(
+            groups.map(|group| group.iter().flatten().collect()),
+            self.plan.adaptive,
+        )
     }
 
     /// Returns a picture of the means of all pixels, without coverage and layers. The backdrop

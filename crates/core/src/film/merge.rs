@@ -1,6 +1,6 @@
 //! Merging of films that are parts of one picture.
 
-use super::{Film, Rect};
+use super::{Film, FilmPlan, Rect};
 
 /// Reason why films cannot be merged, or why a film cannot be continued.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -62,9 +62,12 @@ impl Film {
     /// replicate.
     pub fn continue_from(&mut self, earlier: Film) -> Result<(), FilmMergeError> {
         let foreign = self.identity.find_difference(&earlier.identity);
+        let nets = [&self.plan, &earlier.plan].map(FilmPlan::replicates_per_net);
         if let Some(label) = foreign.or_else(|| {
             self.plan
                 .find_division_difference(&earlier.plan)
+                .or((nets[0] != nets[1])
+                    .then_some("number of nets of samples (two below 64 samples with denoising)"))
                 .map(str::to_owned)
         }) {
             return Err(FilmMergeError::Foreign { part: 0, label });

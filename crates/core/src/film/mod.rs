@@ -7,6 +7,10 @@
 //! error of the picture. The film therefore keeps the sums of each replicate separate, and adds
 //! them last, in ascending order.
 //!
+//! A picture to be denoised has four replicates. Where the same picture without denoising has two,
+//! they are pairs that share a *net*, the first points of one sequence. Nets are independent; the
+//! replicates of one net are not, and only guide the denoiser.
+//!
 //! A unit of work is a range of samples of one tile in one replicate, which continues the samples
 //! in the film. A film may hold any tiles and replicates, each with its first samples. The union of
 //! such films is the film of a single render: its picture has the same bits for any division of the

@@ -229,6 +229,29 @@ impl FilmPlan {
         self.samples / self.replicates + u32::from(replicate < self.samples % self.replicates)
     }
 
+    /// Returns the number of replicates whose samples together are one net, the first points of one
+    /// sequence: two in a picture to be denoised, where the samples without denoising are two nets.
+    pub fn replicates_per_net(&self) -> u32 {
+        let shares = self.denoise.is_some()
+            && self.asked == Some(requirements::REPLICATES)
+            && !self.adaptive
+            && default_replicates(self.samples) < requirements::REPLICATES;
+        if shares { 2 } else { 1 }
+    }
+
+    /// Returns the net of a replicate, and the index in that net of the replicate's sample `index`.
+    /// Two replicates of one net take two samples each in turn, so that the samples of a film are
+    /// also the first ones of a film of more samples.
+    pub fn net_and_index(&self, replicate: u32, index: u32) -> (u32, u32) {
+        match self.replicates_per_net() {
+            1 => (replicate, index),
+            _ => (
+                replicate / 2,
+                2 * (index - index % 2) + 2 * (replicate % 2) + index % 2,
+            ),
+        }
+    }
+
     pub fn pixel_count(&self) -> usize {
         self.crop.width as usize * self.crop.height as usize
     }

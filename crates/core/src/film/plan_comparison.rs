@@ -37,6 +37,7 @@ impl FilmPlan {
     /// many samples in this plan.
     pub fn can_continue_film(&self, fewer: &Self) -> bool {
         fewer.replicates <= self.replicates
+            && fewer.replicates_per_net() == self.replicates_per_net()
             && (0..fewer.replicates)
                 .all(|r| fewer.replicate_samples(r) <= self.replicate_samples(r))
     }
@@ -56,6 +57,9 @@ impl FilmPlan {
             let plan = self.with_samples(samples);
             if plan.can_continue_film(fewer) {
                 return Some(samples);
+            }
+            if plan.replicates_per_net() != fewer.replicates_per_net() {
+                return None;
             }
             // The number of replicates never decreases, and a smaller sum than this does not
             // suffice for the replicates of `plan`.

@@ -46,6 +46,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use super::error_estimate::ErrorEstimate;
+use super::estimate::ReplicateStats;
 use super::leave_one_out::LeaveOneOutStats;
 use super::relative_error::FLOOR;
 use super::variance_sum::VarianceSum;
@@ -118,18 +119,30 @@ impl Film {
     /// Estimates the error of the picture so far; `None` without random sampling, or if a pixel has
     /// fewer than two replicates.
     pub fn estimate_uncertainty(&self) -> Option<Uncertainty> {
-        self.estimate_uncertainty_and_rarity()
+        self.estimate_uncertainty_and_rarity(&self.replicate_stats())
             .map(|(uncertainty, _)| uncertainty)
     }
 
-    /// Estimates the error, and returns whether the error of a denoised picture is unknown, although
-    /// that of the noisy one may be known: light is rare, so that a filter that spreads it would hide
-    /// its error, or the true colours are uncertain.
-    pub(crate) fn estimate_uncertainty_and_rarity(&self) -> Option<(Uncertainty, bool)> {
+    /// Returns the doubt that the noisy picture leaves about the denoised one. Light may be rare, so
+    /// that a filter that spreads it would hide its error, or the true colours may be uncertain,
+    /// although the error of the noisy picture is known. All replicates count as independent here:
+    /// those of one net differ more than independent ones, which matters little to a doubt.
+    pub(crate) fn doubt_about_denoising(&self) -> Option<EstimateDoubt> {
+        let (uncertainty, is_rare) =
+            self.estimate_uncertainty_and_rarity(&self.stats_of_groups(1))?;
+        uncertainty
+            .doubt
+            .or(is_rare.then_some(EstimateDoubt::FewPixels))
+    }
+
+    /// Estimates the error, and returns whether light is rare or the true colours are uncertain.
+    fn estimate_uncertainty_and_rarity(
+        &self,
+        planes: &ReplicateStats<'_>,
+    ) -> Option<(Uncertainty, bool)> {
         if !self.plan.random {
             return None;
         }
-        let planes = self.replicate_stats();
         let fewest = (0..self.plan.pixel_count())
             .map(|pixel| planes.replicate_count(pixel))
             .min()?;
@@ -139,7 +152,7 @@ impl Film {
         let (mut sums, mut leave_one_out) =
             ([VarianceSum::default(); 2], LeaveOneOutStats::default());
         for (of_band, again_in_band) in
-            self.compute_by_bands(|rows| self.sum_variances_of_rows(&planes, rows, fewest))
+            self.compute_by_bands(|rows| self.sum_variances_of_rows(planes, rows, fewest))
         {
             sums.iter_mut()
                 .zip(of_band)

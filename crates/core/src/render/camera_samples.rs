@@ -17,12 +17,13 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
             sampler,
             ..
         } = *self.settings;
+        let (net, index) = self.plan.net_and_index(self.replicate, index);
         SampleAddress {
             seed,
             frame,
             sampler,
             pixel: [x, y],
-            replicate: self.replicate,
+            replicate: net,
             index,
             ..SampleAddress::default()
         }
@@ -69,11 +70,17 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
                 .end
                 .min(from.saturating_add((maximum - addresses.len()) as u32));
             let first = self.sample_address(pixel[0], pixel[1], 0);
-            addresses.extend((from..until).map(|index| SampleAddress { index, ..first }));
+            let indices =
+                (from..until).map(|index| self.plan.net_and_index(self.replicate, index).1);
+            addresses.extend(
+                indices
+                    .clone()
+                    .map(|index| SampleAddress { index, ..first }),
+            );
             if by_chance {
                 // A replicate has no more samples than a sequence has points.
                 let sequence = SampleSequence::from_address(first, SamplePurpose::Pixel);
-                sequences.extend((from..until).map(|index| (sequence, index)));
+                sequences.extend(indices.map(|index| (sequence, index)));
             }
             if addresses.len() == maximum {
                 break;

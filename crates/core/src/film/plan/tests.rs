@@ -90,6 +90,44 @@ fn samples_are_spread_evenly_over_replicates() {
     }
 }
 
+/// Protects: in a picture to be denoised of fewer than 64 samples, two replicates take each of the
+/// first points of a net once, and a film of more samples begins with the same points. All other
+/// replicates have nets of their own, and no film continues one of other nets.
+#[test]
+fn replicates_to_be_denoised_share_nets() {
+    let plan = |samples, denoise, max_error| {
+        let settings = Settings {
+            sampling: Sampling::General(samples),
+            denoise,
+            max_error,
+            ..Settings::from_scene(&Scene::default())
+        };
+        FilmPlan::new(&settings, true, false)
+    };
+    for samples in [8, 16, 24, 56] {
+        let plan = plan(samples, true, None);
+        let mut points: Vec<(u32, u32)> = (0..4)
+            .flat_map(|r| (0..samples / 4).map(move |index| (r, index)))
+            .map(|(r, index)| plan.net_and_index(r, index))
+            .collect();
+        points.sort_unstable();
+        let all = (0..2).flat_map(|net| (0..samples / 2).map(move |index| (net, index)));
+        assert!(points.into_iter().eq(all), "{samples}");
+    }
+    for own in [
+        plan(64, true, None),
+        plan(16, true, Some(0.1)),
+        plan(16, false, None),
+    ] {
+        assert_eq!(own.net_and_index(1, 3), (1, 3));
+    }
+    let [few, more, many] = [8, 16, 64].map(|samples| plan(samples, true, None));
+    assert!(more.can_continue_film(&few) && !many.can_continue_film(&more));
+    let [less, last] = [61, 62].map(|samples| plan(samples, true, None));
+    assert_eq!(less.least_samples_to_continue(&last), Some(62));
+    assert_eq!(many.least_samples_to_continue(&last), None);
+}
+
 /// Protects: tiles cover each pixel of the film once, whether or not their edge divides the
 /// picture's, for pictures of one pixel, one row, or prime sizes.
 #[test]

@@ -66,12 +66,12 @@ pub(crate) struct ReplicateSample {
     pub albedo: [f64; 3],
 }
 
-/// A film of four replicates with two samples each of these values, all facing the camera at the
-/// same distance.
+/// A film of four independent replicates with sixteen samples each of these values, all facing the
+/// camera at the same distance.
 pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSample) -> Film {
     let settings = Settings {
         size,
-        sampling: Sampling::General(8),
+        sampling: Sampling::General(64),
         denoise: true,
         ..Settings::from_scene(&Scene::default())
     };
@@ -79,29 +79,29 @@ pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSa
     let mut film = ready.new_film("");
     let count = film.plan.pixel_count();
     for replicate in 0..4 {
-        let twice = |value: [f64; 3]| value.map(|x| 2.0 * x);
+        let sum = |value: [f64; 3]| value.map(|x| 16.0 * x);
         let all: Vec<ReplicateSample> = (0..count).map(|pixel| seen(pixel, replicate)).collect();
         let layer = |(aov, _): &(Aov, _)| {
             let value_of = |replicate_sample: &ReplicateSample| match aov {
-                Aov::Albedo => twice(replicate_sample.albedo),
-                Aov::Emission => twice(replicate_sample.emission),
-                _ => [0.0, 0.0, 2.0],
+                Aov::Albedo => sum(replicate_sample.albedo),
+                Aov::Emission => sum(replicate_sample.emission),
+                _ => [0.0, 0.0, 16.0],
             };
             all.iter().map(value_of).collect()
         };
         let layers = film.plan.layers.mean.iter().map(layer).collect();
         let sums = all
             .iter()
-            .map(|replicate_sample| twice(replicate_sample.radiance))
+            .map(|replicate_sample| sum(replicate_sample.radiance))
             .collect();
         film.buffers[replicate] = Some(crate::film::ReplicateBuffer {
             sums,
-            samples: vec![2; count],
+            samples: vec![16; count],
             layers,
             ..Default::default()
         });
     }
-    film.samples_drawn.fill(2);
+    film.samples_drawn.fill(16);
     film.centre_layers = vec![vec![3.0; count]];
     film
 }

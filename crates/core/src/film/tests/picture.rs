@@ -28,7 +28,8 @@ fn planes(of: &[(f64, u16)]) -> Vec<ReplicateBuffer> {
 
 fn error(of: &[(f64, u16)]) -> f32 {
     let buffers = planes(of);
-    ReplicateStats::new(buffers.iter(), false).standard_errors(1, 1)[0][0]
+    ReplicateStats::new(buffers.iter().map(|buffer| vec![buffer]), false).standard_errors(1, 1)[0]
+        [0]
 }
 
 /// Protects: the standard error of replicates, by hand. Means 1, 2, 3, 4 of equal weight: variance
@@ -80,8 +81,8 @@ fn no_error_is_far_below_the_neighbours() {
         buffers
             .iter_mut()
             .for_each(|buffer| buffer.covered.clone_from(&covered));
-        let errors =
-            ReplicateStats::new(buffers.iter(), false).standard_errors(pixels.len(), width);
+        let errors = ReplicateStats::new(buffers.iter().map(|buffer| vec![buffer]), false)
+            .standard_errors(pixels.len(), width);
         errors
             .iter()
             .map(|error| f64::from(error[1]))
@@ -150,8 +151,9 @@ fn channels_are_held_against_the_picture_one_by_one() {
         }
     };
     let buffers: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
-    let [red, green, blue] =
-        ReplicateStats::new(buffers.iter(), false).standard_errors(4, 4)[0].map(f64::from);
+    let [red, green, blue] = ReplicateStats::new(buffers.iter().map(|buffer| vec![buffer]), false)
+        .standard_errors(4, 4)[0]
+        .map(f64::from);
     assert!(
         [red, blue] == [0.0; 2] && (green - (0.117_282_f64 / 4.0).sqrt()).abs() < 1e-6,
         "{red} {green} {blue}"
@@ -186,7 +188,7 @@ fn errors_of_pixels_hold_rare_light() {
             }
         };
         let buffers: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
-        let replicate_stats = ReplicateStats::new(buffers.iter(), false);
+        let replicate_stats = ReplicateStats::new(buffers.iter().map(|buffer| vec![buffer]), false);
         for (pixel, error) in replicate_stats
             .standard_errors(SIDE * SIDE, SIDE)
             .into_iter()

@@ -31,6 +31,40 @@ pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
     film
 }
 
+/// Protects: a picture to be denoised has the samples of the same picture without denoising, and its
+/// errors are estimated from as many independent nets: two below 64 samples.
+#[test]
+fn denoising_changes_no_sample() {
+    for samples in [8, 16, 64] {
+        let [plain, kept] = [false, true].map(|denoise| {
+            let settings = Settings {
+                denoise,
+                replicates: None,
+                ..settings(samples)
+            };
+            rendered(&ready(&settings))
+        });
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-6 * a.abs().max(1e-3);
+        let all = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+            let [a, b] = [a, b].map(|of| of.as_flattened().iter().map(|&c| f64::from(c)));
+            assert!(a.zip(b).all(|(a, b)| close(a, b)), "{samples}");
+        };
+        all(&plain.picture().rgb, &kept.picture().rgb);
+        let [(of_plain, freedom), (of_kept, same)] =
+            [&plain, &kept].map(|film| film.standard_errors().expect("two nets"));
+        all(&of_plain, &of_kept);
+        assert_eq!(freedom, same);
+        let [a, b] = [&plain, &kept].map(|film| film.estimate_uncertainty().expect("two nets"));
+        assert_eq!((a.replicates, a.doubt), (b.replicates, b.doubt));
+        assert!(close(a.root_relmse.high, b.root_relmse.high), "{samples}");
+        for pixel in [0, 5] {
+            let [a, b] =
+                [&plain, &kept].map(|film| film.pixel_variance(pixel, 3).expect("samples"));
+            assert!((0..3).all(|i| close(a[i], b[i])), "{samples}: {a:?} {b:?}");
+        }
+    }
+}
+
 /// Protects: for replicates with the means 1, 2, 3, 4 the mean has a variance of 5/12, whose root
 /// is the error. Differences of pairs are (−1, −1), (−2, −2) and (−3, 1) in each of three fully
 /// correlated channels, so that their squared products are 9 times 1, 16 and 9: a mean of 78 over
@@ -259,7 +293,10 @@ fn deviations_count_as_their_means_do() {
     };
     let buffers = [plane(0.0, 1), plane(0.0, 1), plane(3.0, 4)];
     for (even, mean) in [(true, 1.0), (false, 2.0)] {
-        let replicate_stats = crate::film::estimate::ReplicateStats::new(buffers.iter(), even);
+        let replicate_stats = crate::film::estimate::ReplicateStats::new(
+            buffers.iter().map(|buffer| vec![buffer]),
+            even,
+        );
         assert_eq!(
             (
                 replicate_stats.mean(0).0,
