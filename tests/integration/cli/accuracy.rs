@@ -65,7 +65,7 @@ fn every_rung_has_a_row() {
         "  reference ",
         "  4 *",
         "  1024 ",
-        "Without effect on this scene, and not measured: integrator, light-sampling, fresnel, microfacets, colour, texture-filter",
+        "Without effect on this scene, and not measured: integrator, light-sampling, sky-choice, fresnel, microfacets, colour, texture-filter",
         "Effects of the scene",
         "\nmirror reflection",
         "Worth their time",

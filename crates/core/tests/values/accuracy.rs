@@ -193,6 +193,7 @@ fn the_frontier_ends_without_error() {
             "integrator",
             "shadows",
             "light-sampling",
+            "sky-choice",
             "fresnel",
             "microfacets",
             "colour",
