@@ -1,8 +1,6 @@
 //! Mean radiance of a pixel and the standard error of this mean, estimated from the pixel's
 //! replicates.
 
-use core::ops::Range;
-
 use super::relative_error::average_over_square;
 use super::sums::COVERAGE_UNITS;
 use super::{Film, FilmPart, ReplicateBuffer};
