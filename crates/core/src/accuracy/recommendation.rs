@@ -89,11 +89,11 @@ pub(super) fn pareto_front(candidates: &[RecommendationCandidate]) -> Vec<usize>
     let is_beaten = |place: usize| {
         let own = point(order[place]);
         order.iter().enumerate().any(|(other, &at)| {
-            let times = |factor: f64| {
-                let other = point(at);
-                [0, 1].map(|i| other[i] <= own[i] * (1.0 + factor * SAME_ON_FRONT[i]))
-            };
-            times(1.0) == [true; 2] && (times(-1.0) != [false; 2] || other < place)
+            let other_point = point(at);
+            let limit = |i: usize, sign: f64| own[i] * (1.0 + sign * SAME_ON_FRONT[i]);
+            let at_most = (0..2).all(|i| other_point[i] <= limit(i, 1.0));
+            let less = (0..2).any(|i| other_point[i] < limit(i, -1.0));
+            at_most && (less || other < place)
         })
     };
     let mut front: Vec<usize> = (0..order.len())
