@@ -51,6 +51,7 @@ fn settings(scene: &Scene, samples: u32) -> Settings {
         sampling: Sampling::General(samples),
         max_depth: 4,
         integrator: Integrator::Path,
+        sky_choice: SkyChoice::Openings,
         ..Settings::from_scene(scene)
     }
 }
