@@ -265,7 +265,7 @@ fn the_page_stands_alone() {
         "accuracy",
         "a&b<c.scene.toml",
         "--size",
-        "16x12",
+        "48x36",
         "--budget",
         "10min",
         "--rounds",

@@ -297,7 +297,7 @@ fn layouts_are_those_of_the_page() {
         ),
         (
             "accuracy --json",
-            &["accuracy lamp.scene.toml --budget 3min --size 12x9 --rounds 2 --json -q"],
+            &["accuracy lamp.scene.toml --budget 3min --size 48x36 --rounds 2 --json -q"],
         ),
         (
             "compare --json",

@@ -1,24 +1,22 @@
-//! Opening of a measurement: a first look at the picture, the tiles, and the reference.
+//! Course of a measurement: a first look at the picture, the tiles, the reference, and the trials.
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use super::policy::{Job, WHOLE_SHARE, expected_seconds_of_sample};
+use super::policy::{
+    WHOLE_SHARE, expected_seconds, expected_seconds_of_sample, is_done, jobs, next_job,
+};
 use super::renderer::{FilmRequest, REPLICATES, UnfinishedRender};
 use super::setting::RungSetting;
+use super::space::{FEWEST_TILES, FIRST_SAMPLES};
 use super::study::{Study, TRIALS_END};
 use super::tiles::{evenly_spread_tiles, tile_count, tile_crop};
-use super::trial::{Region, TileSums, Trial, mean_of_replicates, replicates_of};
-use super::{MeasureError, MeasurementStart};
+use super::trial::{Job, Region, TileSums, Trial, mean_of_replicates, replicates_of};
+use super::{MeasureError, MeasurementStart, ProgressListener};
 use crate::film::Film;
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Samples per pixel of the first look at the picture: one for each replicate.
-pub(super) const FIRST_SAMPLES: u32 = REPLICATES;
-/// Least number of tiles, unless the picture has fewer: Student's factor is then 1.12 times the
-/// normal one.
-pub(super) const FEWEST_TILES: usize = 12;
 /// Largest share of the budget for the samples of the reference beyond the fewest.
 const REFERENCE_SHARE: f64 = 0.1;
 /// Most samples per pixel of the reference.
@@ -27,6 +25,65 @@ const MOST_REFERENCE_SAMPLES: u32 = 16_384;
 const SHOWN: [u32; 2] = [128, 96];
 
 impl Study<'_> {
+    /// Runs trials until the policy has none left, the time of the trials is over, or the observer
+    /// stops the measurement. Returns whether trials are left.
+    ///
+    /// # Errors
+    /// See [`MeasureError`].
+    pub fn run(
+        &mut self,
+        start: MeasurementStart<'_>,
+        listener: &mut dyn ProgressListener,
+    ) -> Result<bool, MeasureError> {
+        let renderer = self.renderer;
+        let as_measure_error = |error| renderer.to_measure_error(error);
+        listener.report_step("a first look at the picture", 0.0);
+        self.look_at_picture().map_err(as_measure_error)?;
+        listener.report_step("the reference", self.spent_share());
+        self.render_reference(start)?;
+        while let Some(job) = next_job(self) {
+            if renderer.observer.is_cancelled() {
+                return Ok(true);
+            }
+            listener.report_step(&job.to_string(), self.spent_share());
+            if !self.run_job(&job).map_err(as_measure_error)? {
+                break;
+            }
+        }
+        let jobs = jobs(self);
+        let is_left = |at: usize| jobs[at].round == 0 && !is_done(self, &jobs, at);
+        Ok((0..jobs.len()).any(is_left))
+    }
+
+    /// Runs a trial and adds it to the table. Returns false if the time of the trials is over.
+    fn run_job(&mut self, job: &Job) -> Result<bool, PrepareError> {
+        let before = (self.renderer.now)();
+        let end = match job.region {
+            Region::Whole => self.instant_of(TRIALS_END),
+            Region::Tiles => self.time_limit(expected_seconds(self, job)),
+        };
+        let rendered = UnfinishedRender::none_if_interrupted(self.render(job, end))?;
+        let wall = ((self.renderer.now)() - before).as_secs_f64();
+        match rendered {
+            Some((timed, _)) if job.region == Region::Whole => {
+                self.record_whole(job, timed, wall, end);
+            }
+            Some((timed, replicates)) => self.record_tiles(job, &timed, replicates, wall),
+            None if self.seconds_until(TRIALS_END) == 0.0
+                || self.renderer.observer.is_cancelled() =>
+            {
+                return Ok(false);
+            }
+            None => self.table.push(Trial {
+                round: job.round,
+                is_prepared_anew: job.prepares,
+                region: job.region,
+                ..Trial::too_long(job.setting.clone())
+            }),
+        }
+        Ok(true)
+    }
+
     /// Renders a whole picture of few samples, which tells the speed, and chooses the tiles.
     pub fn look_at_picture(&mut self) -> Result<(), PrepareError> {
         let samples = self.space.sample_settings();

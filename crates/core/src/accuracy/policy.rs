@@ -1,13 +1,10 @@
 //! The policy of a measurement: which trial is next.
 
-use core::fmt;
-
 use super::figures::Figures;
-use super::opening::FIRST_SAMPLES;
 use super::setting::RungSetting;
-use super::space::TILE_SAMPLES;
+use super::space::{FIRST_SAMPLES, TILE_SAMPLES};
 use super::study::{Study, TRIALS_END};
-use super::trial::{Region, Trial};
+use super::trial::{Job, Region, Trial};
 
 /// Largest share of the budget for a whole picture of more samples than the tiles have.
 pub(super) const WHOLE_SHARE: f64 = 0.3;
@@ -16,23 +13,6 @@ const TRIAL_SHARE: f64 = 0.4;
 /// Number of rungs after which the baseline is timed again: the speed of a machine changes within a
 /// minute.
 const RUNGS_BETWEEN_TIMINGS: usize = 4;
-
-/// Trial that is still to be done.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Job {
-    pub setting: RungSetting,
-    pub region: Region,
-    pub round: u64,
-    /// Whether the scene is prepared anew, so that the preparation is timed.
-    pub prepares: bool,
-}
-
-impl fmt::Display for Job {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let word = if self.prepares { "timing " } else { "" };
-        write!(f, "{word}{}", self.setting)
-    }
-}
 
 /// Returns the next trial: the first of the order that is not in the table and for which the
 /// time suffices.

@@ -1,12 +1,18 @@
 //! The settings that a measurement may try: the rungs of the ladders that the scene reaches.
 
-use super::renderer::SettingRenderer;
+use super::renderer::{REPLICATES, SettingRenderer};
 use super::setting::RungSetting;
 use crate::dispatch::find_collapsed_objects;
 use crate::effects::{EffectSet, assess_effects};
 use crate::ladder::{Ladder, RungChoice, RungValue, applicable_ladders, needed_effects};
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
+
+/// Samples per pixel of the first look at the picture: one for each replicate.
+pub(super) const FIRST_SAMPLES: u32 = REPLICATES;
+/// Least number of tiles, unless the picture has fewer: Student's factor is then 1.12 times the
+/// normal one.
+pub(super) const FEWEST_TILES: usize = 12;
 
 /// Samples per pixel of trials on tiles, if the setting in use has more: a change is as visible with
 /// few samples, and more tiles can be rendered.

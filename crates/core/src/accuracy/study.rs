@@ -1,4 +1,4 @@
-//! A measurement: its table of trials, and the policy that chooses the next trial.
+//! A measurement: its table of trials, and the renders that fill it.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -6,18 +6,16 @@ use std::time::Instant;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::effects::{EffectBench, EffectCosts};
-use super::opening::FEWEST_TILES;
 use super::outputs::{OutputFormatReport, measure_output_formats};
-use super::policy::{Job, expected_seconds, is_done, jobs, next_job};
 use super::renderer::{
     FilmRequest, REPLICATES, Reference, SettingRenderer, TimedFilm, UnfinishedRender,
 };
-use super::space::SettingSpace;
+use super::space::{FEWEST_TILES, SettingSpace};
 use super::tiles::{crop_picture, tile_count, tile_crop};
 use super::trial::{
-    DenoisedTrial, Region, Replicates, TileSums, Trial, mean_of_replicates, replicates_of,
+    DenoisedTrial, Job, Region, Replicates, TileSums, Trial, mean_of_replicates, replicates_of,
 };
-use super::{AccuracyEffort, MeasureError, MeasurementStart, ProgressListener};
+use super::{AccuracyEffort, ProgressListener};
 use crate::denoise;
 use crate::display::Display;
 use crate::ladder::Ladder;
@@ -79,65 +77,6 @@ impl<'a> Study<'a> {
             exact_replicates: None,
             baseline_replicates: Vec::new(),
         }
-    }
-
-    /// Runs trials until the policy has none left, the time of the trials is over, or the observer
-    /// stops the measurement. Returns whether trials are left.
-    ///
-    /// # Errors
-    /// See [`MeasureError`].
-    pub fn run(
-        &mut self,
-        start: MeasurementStart<'_>,
-        listener: &mut dyn ProgressListener,
-    ) -> Result<bool, MeasureError> {
-        let renderer = self.renderer;
-        let as_measure_error = |error| renderer.to_measure_error(error);
-        listener.report_step("a first look at the picture", 0.0);
-        self.look_at_picture().map_err(as_measure_error)?;
-        listener.report_step("the reference", self.spent_share());
-        self.render_reference(start)?;
-        while let Some(job) = next_job(self) {
-            if renderer.observer.is_cancelled() {
-                return Ok(true);
-            }
-            listener.report_step(&job.to_string(), self.spent_share());
-            if !self.run_job(&job).map_err(as_measure_error)? {
-                break;
-            }
-        }
-        let jobs = jobs(self);
-        let is_left = |at: usize| jobs[at].round == 0 && !is_done(self, &jobs, at);
-        Ok((0..jobs.len()).any(is_left))
-    }
-
-    /// Runs a trial and adds it to the table. Returns false if the time of the trials is over.
-    fn run_job(&mut self, job: &Job) -> Result<bool, PrepareError> {
-        let before = (self.renderer.now)();
-        let end = match job.region {
-            Region::Whole => self.instant_of(TRIALS_END),
-            Region::Tiles => self.time_limit(expected_seconds(self, job)),
-        };
-        let rendered = UnfinishedRender::none_if_interrupted(self.render(job, end))?;
-        let wall = ((self.renderer.now)() - before).as_secs_f64();
-        match rendered {
-            Some((timed, _)) if job.region == Region::Whole => {
-                self.record_whole(job, timed, wall, end);
-            }
-            Some((timed, replicates)) => self.record_tiles(job, &timed, replicates, wall),
-            None if self.seconds_until(TRIALS_END) == 0.0
-                || self.renderer.observer.is_cancelled() =>
-            {
-                return Ok(false);
-            }
-            None => self.table.push(Trial {
-                round: job.round,
-                is_prepared_anew: job.prepares,
-                region: job.region,
-                ..Trial::too_long(job.setting.clone())
-            }),
-        }
-        Ok(true)
     }
 
     /// Renders the film of a trial, and returns the replicates of the tiles, of a whole picture none.
@@ -214,7 +153,13 @@ impl<'a> Study<'a> {
     }
 
     /// Adds a trial on tiles to the table, with its sums of errors.
-    fn record_tiles(&mut self, job: &Job, timed: &TimedFilm, replicates: Replicates, wall: f64) {
+    pub fn record_tiles(
+        &mut self,
+        job: &Job,
+        timed: &TimedFilm,
+        replicates: Replicates,
+        wall: f64,
+    ) {
         let is_fixed = self.space.is_fixed(&job.setting);
         let is_exact = job.setting == self.space.exact_baseline();
         if is_exact && !is_fixed {

@@ -1,12 +1,31 @@
 //! The table of trials. A trial is one render of a setting on a region of the picture, reduced to
 //! its time, rays and sums of errors. Every figure of the report is a function of the trials.
 
+use core::fmt;
+
 use super::estimate::ConfidenceInterval;
 use super::renderer::TimedFilm;
 use super::setting::RungSetting;
 use crate::film::{Film, Uncertainty};
 use crate::metrics::RELATIVE_FLOOR;
 use crate::picture::Picture;
+
+/// Trial that is still to be done.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Job {
+    pub setting: RungSetting,
+    pub region: Region,
+    pub round: u64,
+    /// Whether the scene is prepared anew, so that the preparation is timed.
+    pub prepares: bool,
+}
+
+impl fmt::Display for Job {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let word = if self.prepares { "timing " } else { "" };
+        write!(f, "{word}{}", self.setting)
+    }
+}
 
 /// Radiances of a region: for each tile and replicate, a list of pixels.
 pub(super) type Replicates = Vec<Vec<Vec<[f32; 3]>>>;
