@@ -2,7 +2,9 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use super::super::MeasurementStart;
 use super::super::figures::Figures;
+use super::super::policy::{is_done, jobs};
 use super::super::setting::RungSetting;
 use super::super::tiles::{evenly_spread_tiles, tile_edge};
 use super::super::{AccuracyReport, LadderReport, RungReport, measure_by_clocks};
