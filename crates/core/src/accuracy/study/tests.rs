@@ -7,7 +7,7 @@ use super::super::figures::Figures;
 use super::super::policy::{is_done, jobs};
 use super::super::setting::RungSetting;
 use super::super::tiles::{evenly_spread_tiles, tile_edge};
-use super::super::{AccuracyReport, LadderReport, RungReport, measure_by_clocks};
+use super::super::{AccuracyReport, LadderReport, MeasureError, RungReport, measure_by_clocks};
 use super::*;
 use crate::bench::clock::Stopwatch;
 use crate::dispatch::prepare;
