@@ -317,7 +317,7 @@ fn the_page_stands_alone() {
     assert!(
         svg.starts_with("<svg")
             && svg.contains(">settings worth their time<")
-            && svg.contains("<title>--spp ")
+            && svg.contains("<title>--")
     );
     assert_eq!(
         page.matches("What accuracy costs in time: ").count(),

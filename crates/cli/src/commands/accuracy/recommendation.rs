@@ -163,10 +163,15 @@ fn format_error(measured: &MeasuredSetting) -> String {
 /// Formats a recommended setting: its flags, its error, and its time relative to the setting in
 /// use.
 fn format_advice(advice: &Recommendation, command: &RenderCommand) -> String {
+    // The ratio of two errors may be known where neither is.
+    let error = if advice.measured.errors.relmse.is_known() {
+        format!("has the error {} for", format_error(&advice.measured))
+    } else {
+        "takes".to_owned()
+    };
     format!(
-        "`{}` has the error {} for {} x the time",
+        "`{}` {error} {} x the time",
         command.format_flags(&advice.flags),
-        format_error(&advice.measured),
         format_uncertain(&advice.time, |value| format_significant_digits(value, 2))
     )
 }
