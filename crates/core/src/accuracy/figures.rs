@@ -395,7 +395,7 @@ impl<'s> Figures<'s> {
         };
         let samples = [setting, &own].map(|s| self.space.sample_count(s));
         let square = curve.square(samples[1]).value;
-        if !(square > 0.0) {
+        if square.is_nan() || square <= 0.0 {
             return independent();
         }
         let noise = curve

@@ -165,7 +165,7 @@ impl<'s> Rows<'s> {
             .map(factor)
             .filter(|&f| f <= LONGEST_BUDGET)
             .fold(1.0, f64::max);
-        (most > 1.0).then(|| most * self.study.effort.budget.as_secs_f64())
+        (most > 1.0).then_some(most * self.study.effort.budget.as_secs_f64())
     }
 
     /// Returns the root mean square, over all pixels, of the reference's standard error in radiance.

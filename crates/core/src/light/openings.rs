@@ -241,7 +241,7 @@ impl Openings {
     }
 
     /// Number of cells with a distribution.
-    pub fn len(&self) -> usize {
+    pub fn cell_count(&self) -> usize {
         self.bins.len() / BINS
     }
 

@@ -266,7 +266,7 @@ impl<R: Real> PreparedScene<R> {
                 .count(),
             layered: self.layers.len(),
             irradiance: self.irradiance.is_some(),
-            openings: self.lights.openings().map_or(0, Openings::len),
+            openings: self.lights.openings().map_or(0, Openings::cell_count),
             texture_bytes: self.texture_bytes(),
         }
     }

@@ -281,7 +281,8 @@ impl UsedMesh<'_> {
         is_flipped: bool,
         object: &ObjectFacts<'_>,
     ) -> Option<&'static str> {
-        let effects: &[(fn(usize) -> RayEvent, &str)] = match (object.is_body(), is_flipped) {
+        type Effect = (fn(usize) -> RayEvent, &'static str);
+        let effects: &[Effect] = match (object.is_body(), is_flipped) {
             // Rays leave a body that is inside out before they enter it, but do so in pairs.
             (true, false) => &[(
                 RayEvent::Crossed,

@@ -1,5 +1,7 @@
 //! Camera rays that continue through all surfaces, and rays that start at the first surface.
 
+use std::collections::btree_map::Entry;
+
 use super::facts::HITS;
 use super::*;
 use crate::integrator::{MAX_MEDIA, PathSegment};
@@ -239,11 +241,13 @@ impl<R: Real> SurveyRay<'_, R> {
             max: R::INFINITY,
         };
         match self.closest(&ray, range) {
-            Some(again) if is_same(&again) => {
-                if cannot_be_hit_again(&self.facts.objects[object], interaction.outside) {
-                    self.survey.add(RayEvent::SelfHit(object), at);
-                }
+            Some(again)
+                if is_same(&again)
+                    && cannot_be_hit_again(&self.facts.objects[object], interaction.outside) =>
+            {
+                self.survey.add(RayEvent::SelfHit(object), at);
             }
+            Some(again) if is_same(&again) => {}
             Some(other) => {
                 let other = self.crossing(&ray, &other);
                 let is_opaque = |object: usize| self.facts.objects[object].is_opaque();
@@ -327,8 +331,8 @@ impl<R: Real> SurveyRay<'_, R> {
                 return self.survey_unclosed_bodies(&depths, &first_points);
             };
             let Crossing { object, at, .. } = crossing;
-            if !first_points.contains_key(&object) {
-                first_points.insert(object, at);
+            if let Entry::Vacant(entry) = first_points.entry(object) {
+                entry.insert(at);
                 self.survey.add(RayEvent::Crossed(object), at);
             }
             if step > 0 && !self.has_body {

@@ -210,7 +210,7 @@ impl Topology {
             let volume = a.dot(b.cross(c)) / 6.0;
             part.volume += volume;
             part.volume_terms += volume.abs();
-            part.bounds = part.bounds.union(Aabb::from_points(corners.into_iter()));
+            part.bounds = part.bounds.union(Aabb::from_points(corners));
         }
     }
 
