@@ -265,7 +265,7 @@ fn the_page_stands_alone() {
         "accuracy",
         "a&b<c.scene.toml",
         "--size",
-        "48x36",
+        "96x72",
         "--budget",
         "10min",
         "--rounds",
@@ -317,7 +317,7 @@ fn the_page_stands_alone() {
     assert!(
         svg.starts_with("<svg")
             && svg.contains(">settings worth their time<")
-            && svg.contains("<title>--")
+            && svg.contains("<title>--spp ")
     );
     assert_eq!(
         page.matches("What accuracy costs in time: ").count(),
