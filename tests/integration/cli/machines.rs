@@ -305,7 +305,7 @@ fn layouts_are_those_of_the_page() {
             "accuracy --json",
             &[
                 "accuracy lamp.scene.toml --budget 3min --size 48x36 --rounds 2 --json -q",
-                "accuracy many.scene.toml --budget 40s --size 48x36 --rounds 2 --json -q",
+                "accuracy many.scene.toml --budget 3min --size 48x36 --rounds 2 --json -q",
             ],
         ),
         (
