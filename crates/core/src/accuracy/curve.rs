@@ -219,7 +219,7 @@ mod tests {
     }
 
     /// Protects: claims that fall as 1/√n give errors that do, within the exponent that is assumed, and
-    /// the claim of a picture is its error. A picture of 16 samples in four replicates tells the error
+    /// the claim of a picture is its error, in an interval of its own width and that of other seeds. A picture of 16 samples in four replicates tells the error
     /// of one replicate of 4.
     #[test]
     fn the_curve_is_that_of_the_samples() {
@@ -234,7 +234,7 @@ mod tests {
         }
         let own = curve.square(64).map(f64::sqrt);
         assert!(
-            (own.value - 0.1).abs() < 1e-12 && own.high < 0.11,
+            (own.value - 0.1).abs() < 1e-12 && (own.high - 0.108).abs() < 1e-3,
             "{own:?}"
         );
         assert!((curve.ratio(256, 64).value - 0.25).abs() < 0.06);
