@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use raywright_core::scene::{
-    AlphaMode, Colour, Image, ImageData, MaterialModel, Physical, PixelData, Scene, TextureRef,
+    AlphaMode, Colour, Image, ImageData, MaterialModel, MeshSource, Physical, PixelData, Scene,
+    TextureRef,
 };
 
 /// Base colour of clay: a neutral grey.
@@ -44,7 +45,21 @@ pub(crate) fn apply_clay(scene: &mut Scene) {
         }));
     }
     cutouts.add_to_scene(scene);
+    whiten_vertices(scene);
     scene.unread.clear();
+}
+
+/// Whitens the vertex colours of all meshes. Masks read the alpha of the vertices alone.
+fn whiten_vertices(scene: &mut Scene) {
+    for mesh in &mut scene.meshes {
+        if let MeshSource::Inline(data) = &mut mesh.source
+            && !data.colours.is_empty()
+        {
+            for colour in &mut Arc::make_mut(data).colours {
+                colour[..3].fill(1.0);
+            }
+        }
+    }
 }
 
 /// White copies of the textures whose alpha clay needs: the name of each copy, by the name of its
@@ -54,8 +69,8 @@ struct CutoutTextures(BTreeMap<String, String>);
 
 impl CutoutTextures {
     /// Returns a default material that only cuts shapes out. A mask of `model` is kept, with its
-    /// opacity and a white copy of its base colour texture. Blending by the alpha of that texture
-    /// becomes a mask (see [`BLEND_CUTOFF`]). Any other material becomes opaque.
+    /// opacity, a white copy of its base colour texture and the alpha of vertices. Blending by the
+    /// alpha of that texture becomes a mask (see [`BLEND_CUTOFF`]). Any other material becomes opaque.
     fn alpha_only_material(&mut self, model: &Physical) -> Physical {
         let texture = model.base_colour_texture.as_ref();
         let (alpha, opacity) = match (model.alpha, texture) {
@@ -77,6 +92,7 @@ impl CutoutTextures {
             alpha,
             opacity,
             base_colour_texture: texture.map(white),
+            vertex_colours: model.vertex_colours,
             ..Physical::default()
         }
     }
@@ -151,8 +167,8 @@ mod tests {
     use super::*;
 
     /// Protects: every kind of material becomes matte grey, with its uniform emission and its alpha
-    /// cut-outs, read from an image without colour; glass and surfaces blended by a constant become
-    /// opaque.
+    /// cut-outs, read from an image or from vertices without colour; glass and surfaces blended by a
+    /// constant become opaque.
     #[test]
     fn materials_become_clay() {
         let physical = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });
@@ -165,8 +181,11 @@ mod tests {
             physical("pane", json!({ "alpha": "blend", "opacity": 0.2 })),
             physical("lamp", json!({ "emission": [5, 4, 3] })),
             { "name": "classic", "model": { "classic": { "emission": [1, 0, 0] } } },
+            physical("leaf", json!({ "alpha": { "mask": {} }, "vertex_colours": true })),
         ]);
-        let mut scene: Scene = serde_json::from_value(json!({ "format": 1, "materials": materials,
+        let colours = [[0.1, 0.2, 0.3, 0.4]];
+        let mesh = json!({ "name": "leaf", "source": { "inline": { "colours": colours } } });
+        let mut scene: Scene = serde_json::from_value(json!({ "format": 1, "materials": materials, "meshes": [mesh],
             "images": [{ "name": "leaf", "path": "leaf.png" }], "textures": [{ "name": "leaf", "image": "leaf" }] }))
         .expect("a scene");
         let pixels = PixelData::Codes(vec![[10, 200, 30, 255], [10, 200, 30, 0]]);
@@ -216,5 +235,10 @@ mod tests {
         );
         assert_eq!(physicals[5].emission, Colour([5.0, 4.0, 3.0]).into());
         assert_eq!(physicals[6].emission, Colour([1.0, 0.0, 0.0]).into());
+        assert!(physicals[7].vertex_colours);
+        let MeshSource::Inline(data) = &scene.meshes[0].source else {
+            panic!("an inline mesh");
+        };
+        assert_eq!(data.colours, [[1.0, 1.0, 1.0, 0.4]]);
     }
 }

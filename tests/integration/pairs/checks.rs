@@ -231,14 +231,16 @@ pub const CHECKS: &[Check] = &[
         if case.is_adaptive() {
             return None;
         }
-        let other = match case.settings.precision {
-            PrecisionChoice::Robust => PrecisionChoice::Reference,
-            PrecisionChoice::Reference => PrecisionChoice::Robust,
-        };
-        apart(&case.whole, &case.picture(|s| s.precision = other), 0.15)
+        // Within glass, bounces without end make another path of any rounding.
+        let [robust, reference] =
+            [PrecisionChoice::Robust, PrecisionChoice::Reference].map(|precision| {
+                case.picture(|s| (s.precision, s.max_depth) = (precision, s.max_depth.min(4)))
+            });
+        apart(&robust, &reference, 0.15)
     }),
+    // A studio's ground and backdrop follow all that a body passes.
     ("a motion that is held", |case| {
-        if case.is_adaptive() {
+        if case.is_adaptive() || case.has_ground() {
             return None;
         }
         let camera = case.settings.camera.clone()?;
@@ -262,7 +264,7 @@ pub const CHECKS: &[Check] = &[
             .or_else(|| random.then(|| apart(&still, &held, 0.1)).flatten())
     }),
     ("clay", |case| {
-        if !case.sketch().options.clay {
+        if !case.sketch().options.clay || case.is_blended_clay() {
             return None;
         }
         let other = Colouring::Input(serde_json::json!([0.1, 0.9, 0.2]));
@@ -271,7 +273,12 @@ pub const CHECKS: &[Check] = &[
     ("forms of a colour", |case| {
         let form = case.sketch().colouring;
         let even = even_colour(&form, COLOUR);
-        if even == form || case.is_adaptive() {
+        // The cap of a section has the colour of its body, but not the texture.
+        if even == form
+            || case.is_adaptive()
+            || case.is_blended_clay()
+            || case.sketch().options.section.is_some()
+        {
             return None;
         }
         apart(
@@ -281,7 +288,10 @@ pub const CHECKS: &[Check] = &[
         )
     }),
     ("copies of a mesh", |case| {
-        if case.scene.meshes.is_empty() || case.is_adaptive() {
+        // In a crowd of lamps rounding decides which of two lamps of equal light comes first.
+        let has_many_lamps =
+            case.choice[axis_index("glow")] > 0 && case.sketch().generator.is_some();
+        if case.scene.meshes.is_empty() || case.is_adaptive() || has_many_lamps {
             return None;
         }
         let mut scene = case.scene.clone();
@@ -456,7 +466,11 @@ pub const CHECKS: &[Check] = &[
         for axis in ["inside", "glow", "rules", "loading", "ending"] {
             choice[axis_index(axis)] = 0;
         }
-        if case.choice[axis_index("sky")] == value_index("sky", "studio") {
+        // A studio lights what has no light, and stands on what there is.
+        if ["no", "studio"]
+            .map(|sky| value_index("sky", sky))
+            .contains(&case.choice[axis_index("sky")])
+        {
             choice[axis_index("sky")] = 0;
         }
         let (mut clear, mut empty) = (sketch(&choice), sketch(&choice));
@@ -607,6 +621,13 @@ impl<'a> Case<'a> {
 
     fn is_adaptive(&self) -> bool {
         self.settings.max_error.is_some()
+    }
+
+    /// Whether clay turns a blended body into a mask where its colour is a texture, and makes it
+    /// opaque otherwise.
+    fn is_blended_clay(&self) -> bool {
+        self.sketch().options.clay
+            && self.choice[axis_index("alpha")] == value_index("alpha", "blend")
     }
 
     fn has_ground(&self) -> bool {

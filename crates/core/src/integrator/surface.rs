@@ -17,7 +17,7 @@ pub(crate) struct PathSegment<R: Real> {
     /// which start near the scene.
     pub skipped_distance: R,
     /// Length of the path before this segment, for the width of the camera's ray cone. Negative if
-    /// no ray cone is needed, as for shadow rays.
+    /// neither mip maps nor edges need a ray cone, and for shadow rays.
     pub length_before: R,
 }
 
@@ -35,7 +35,7 @@ impl<R: Real> PathSegment<R> {
     /// Creates the first segment of a path. The caller sets its ray.
     #[inline(always)]
     pub fn from_camera(scene: &PreparedScene<R>) -> Self {
-        let before = if scene.cone.is_some() {
+        let before = if scene.cone.is_some() || scene.draws_edges {
             R::ZERO
         } else {
             -R::ONE

@@ -58,7 +58,8 @@ impl<R: Real> PreparedScene<R> {
             return false;
         };
         let cone = self.camera.ray_cone();
-        let pixel = (cone.width + cone.spread * (hit.t + segment.skipped_distance)).to_f64();
+        let distance = segment.length_before + segment.skipped_distance + hit.t;
+        let pixel = (cone.width + cone.spread * distance).to_f64();
         let (origin, direction) = (segment.ray.origin.to_f64(), segment.ray.direction.to_f64());
         let weights = [R::ONE - hit.u - hit.v, hit.u, hit.v].map(Real::to_f64);
         (0..3).any(|i| {

@@ -70,7 +70,7 @@ impl<R: Real> PreparedScene<R> {
             backdrop_factor: 1.0,
             irradiance: parts.irradiance,
             camera: parts.camera,
-            rules: PreparedClassicRules::new(&scene.classic),
+            rules: PreparedClassicRules::new(&scene.classic, context.is_path_tracing),
             layers: materials.layers,
             light_sampling: settings.light_sampling,
             hard_shadows: settings.area_shadows == AreaShadows::Hard,

@@ -38,7 +38,8 @@ pub(crate) enum PreparedSpawnRule<R: Real> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedClassicRules<R: Real> {
     pub spawn: PreparedSpawnRule<R>,
-    /// Whether only the first occluder in the order of the scene's objects blocks light.
+    /// Whether only the first occluder in the order of the scene's objects blocks light. False for
+    /// path tracing, whose shadow rays end at any opaque occluder.
     pub first_occluder_decides: bool,
     /// Farthest occluder of a directional light in metres; infinite without a limit.
     pub shadow_max_distance: R,
@@ -47,7 +48,7 @@ pub(crate) struct PreparedClassicRules<R: Real> {
 }
 
 impl<R: Real> PreparedClassicRules<R> {
-    pub(super) fn new(rules: &ClassicRules) -> Self {
+    pub(super) fn new(rules: &ClassicRules, is_path_tracing: bool) -> Self {
         let spawn = match rules.spawn {
             SpawnRule::ErrorBound => PreparedSpawnRule::ErrorBound,
             SpawnRule::Constant(c) => PreparedSpawnRule::Constant {
@@ -60,7 +61,7 @@ impl<R: Real> PreparedClassicRules<R> {
         };
         Self {
             spawn,
-            first_occluder_decides: rules.shadow == ShadowRule::FirstInOrder,
+            first_occluder_decides: rules.shadow == ShadowRule::FirstInOrder && !is_path_tracing,
             shadow_max_distance: R::from_f64(rules.shadow_max_distance.unwrap_or(f64::INFINITY)),
             local_only_at_limit: rules.depth_limit == DepthLimit::LocalOnly,
         }

@@ -187,6 +187,9 @@ impl<R: Real> PathTracer<'_, R> {
             if self.has_triangle_ends {
                 path.start = hit.triangle_slot();
             }
+            if self.keeps_first {
+                self.first_hit = results.first_hits[index as usize];
+            }
             let samples = VertexSamples::from_draws(draws, active.len(), k);
             survives.push(self.queue_vertex(
                 k as u32,
@@ -195,12 +198,9 @@ impl<R: Real> PathTracer<'_, R> {
                 vertices,
             ));
             if self.keeps_first {
-                let (first, direct) = (
-                    &mut results.first_hits[index as usize],
-                    &mut results.direct[index as usize],
-                );
-                *first = self.first_hit.take().or(*first);
-                *direct += core::mem::replace(&mut self.direct, Vector::ZERO);
+                results.first_hits[index as usize] = self.first_hit;
+                results.direct[index as usize] +=
+                    core::mem::replace(&mut self.direct, Vector::ZERO);
             }
         }
     }

@@ -94,6 +94,41 @@ fn edges_are_a_pixel_wide() {
     );
 }
 
+/// Protects: edges behind a pane that is cut away are as wide and as black in `albedo` as edges in
+/// plain view, with both integrators and both kinds of camera.
+#[test]
+fn edges_behind_holes_are_those_in_view() {
+    let pane = json!([{ "shape": { "quad": { "corner": [-2, -2, 3], "edge_u": [4, 0, 0], "edge_v": [0, 4, 0] } }, "material": "hole" }]);
+    for fov in [None, Some(22.6)] {
+        for integrator in [Integrator::Path, Integrator::Whitted] {
+            let lines = |more: Value| {
+                let mut scene = scene(0.9, 0.8, more);
+                let hole = json!({ "name": "hole", "model": { "physical": { "base_colour": 0.8, "alpha": { "mask": { "cutoff": 0.5 } }, "opacity": 0 } } });
+                scene
+                    .materials
+                    .push(serde_json::from_value(hole).expect("a material"));
+                if fov.is_some() {
+                    scene.cameras[0].projection = Projection::Pinhole(crate::scene::Pinhole {
+                        vertical_fov: fov,
+                        ..Default::default()
+                    });
+                }
+                let picture = picture(&scene, |s| {
+                    (s.integrator, s.aovs) = (integrator, vec![Aov::Albedo]);
+                });
+                let albedo = &picture.layer("albedo.R").expect("a layer").samples;
+                let blacks = (34..58).map(|x| 1.0 - f64::from(albedo[20 * 64 + x]) / 0.8);
+                blacks.sum::<f64>()
+            };
+            let [plain, behind] = [json!([]), pane.clone()].map(lines);
+            assert!(
+                (plain - behind).abs() < 0.02 * plain,
+                "{integrator:?} {fov:?}: {plain} {behind}"
+            );
+        }
+    }
+}
+
 /// Protects: a mesh of triangles smaller than pixels becomes grey, not black; spheres have no
 /// edges; mirrors and lights show none; layers show the surface, except that lines are black in
 /// `albedo`; no samples are dropped.
