@@ -220,7 +220,8 @@ class Ours:
     def __init__(self, binary, out, denoised=False): self.binary, self.out, self.denoised, self.name = binary, out, denoised, os.path.relpath(binary) + ' --denoise' * denoised
     def run(self, scene, edge, spp, threads=1, seed=0):
         extra = ['--denoise'] * (self.denoised and spp > 1)
-        extra += ['--env', f'{self.out}/sky.hdr'] if scene in UNDER_SKY else ['--env', 'none']
+        # The middle of an equirectangular picture is +x here, and +z in Mitsuba.
+        extra += ['--env', f'{self.out}/sky.hdr', '--env-rotation', '90'] if scene in UNDER_SKY else ['--env', 'none']
         c, w, exr = cpu(resource.RUSAGE_CHILDREN), time.time(), f'{self.out}/ours.exr'
         subprocess.run([self.binary, 'render', f'{self.out}/{scene}.gltf', '--integrator', 'path', '--size', f'{edge}x{edge}', '--spp', str(spp), '--max-depth', '9',
                         '--threads', str(threads), '--seed', str(seed), '-q', '-o', exr] + extra, check=True)
