@@ -1,0 +1,521 @@
+"""Materials of Raywright from Blender's shader nodes. What a node says beyond that is put into `notes`.
+
+Only attributes of the nodes are read, so that stand-ins take their place in the tests.
+"""
+
+import math
+
+MAPPED = "a texture's coordinates other than UV maps"
+MEAN = "procedural textures and ramps of them: their mean colour is shown"
+ADJUSTED = "changes of a picture's colours by nodes"
+
+
+class Texture:
+    """A picture by its coordinates, times a colour, or one of its channels."""
+
+    def __init__(self, image, nearest, clamp, uv_name, matrix, channel=None, factor=(1, 1, 1)):
+        self.image, self.nearest, self.clamp = image, nearest, clamp
+        self.uv_name, self.matrix, self.channel, self.factor = uv_name, matrix, channel, factor
+
+    def replaced(self, **changes):
+        return Texture(**{**vars(self), **changes})
+
+
+def mean(value):
+    """One number of a constant colour or number."""
+    return sum(value) / 3 if isinstance(value, tuple) else value
+
+
+def colour(value):
+    return value if isinstance(value, (tuple, Texture)) else (value,) * 3
+
+
+class Reader:
+    """Reads the nodes of one material. Nodes of groups are read with the stack of the groups around them."""
+
+    def __init__(self, notes):
+        self.notes = notes
+        self.uses_vertex_colours = False
+
+    # ------------------------------------------------------------------------------------------------------------- links
+
+    def origin(self, socket, groups):
+        """The output and its groups that a linked input takes its value from; none of an input without a link."""
+        while socket.is_linked and socket.links:
+            link = socket.links[0]
+            node, output = link.from_node, link.from_socket
+            if getattr(node, "mute", False) or node.type == "REROUTE":
+                passing = [i for i in node.inputs if i.type == output.type and i.is_linked] or [i for i in node.inputs if i.type == output.type]
+                if not passing:
+                    return None
+                socket = passing[0]
+            elif node.type == "GROUP" and node.node_tree:
+                inner = next((n for n in node.node_tree.nodes if n.type == "GROUP_OUTPUT" and getattr(n, "is_active_output", True)), None)
+                if inner is None:
+                    return None
+                socket, groups = next(i for i in inner.inputs if i.identifier == output.identifier), (*groups, node)
+            elif node.type == "GROUP_INPUT" and groups:
+                socket = next(i for i in groups[-1].inputs if i.identifier == output.identifier)
+                groups = groups[:-1]
+            else:
+                return output, node, groups
+        return socket, None, groups
+
+    def default(self, socket):
+        value = getattr(socket, "default_value", 0.0)
+        return tuple(float(c) for c in value[:3]) if hasattr(value, "__len__") else float(value)
+
+    # ------------------------------------------------------------------------------------------------------------ values
+
+    def value(self, socket, groups=()):
+        """A number, a colour or a texture."""
+        found = self.origin(socket, groups)
+        if found is None:
+            return 0.0
+        output, node, groups = found
+        if node is None:
+            return self.default(output)
+        read = getattr(self, "value_" + node.type.lower(), None)
+        if read:
+            return read(node, output, groups)
+        self.notes.add(MEAN)
+        if node.type.startswith("TEX_"):
+            return self.procedural(node, groups)
+        return 0.5
+
+    def input(self, node, name, groups, fallback=0.0):
+        socket = next((s for s in node.inputs if s.name == name and getattr(s, "enabled", True)), None)
+        return fallback if socket is None else self.value(socket, groups)
+
+    def constant(self, node, name, groups, fallback=0.0):
+        """A number of an input; of a texture a half, with a note."""
+        value = self.input(node, name, groups, fallback)
+        if isinstance(value, Texture):
+            self.notes.add(ADJUSTED)
+            return 0.5
+        return mean(value)
+
+    def procedural(self, node, groups):
+        if node.type in ("TEX_CHECKER", "TEX_BRICK"):
+            a, b = (colour(self.input(node, name, groups)) for name in ("Color1", "Color2"))
+            if not isinstance(a, Texture) and not isinstance(b, Texture):
+                return tuple((x + y) / 2 for x, y in zip(a, b))
+        return 0.5
+
+    def value_rgb(self, node, output, groups):
+        return self.default(output)
+
+    value_value = value_rgb
+
+    def value_tex_image(self, node, output, groups):
+        if node.image is None:
+            return (1.0, 0.0, 1.0) if output.name != "Alpha" else 1.0
+        if getattr(node, "projection", "FLAT") != "FLAT":
+            self.notes.add(MAPPED)
+        uv_name, matrix = self.coordinates(node.inputs[0], groups)
+        channel = "alpha" if output.name == "Alpha" else None
+        clamp = getattr(node, "extension", "REPEAT") in ("EXTEND", "CLIP")
+        return Texture(node.image, getattr(node, "interpolation", "") == "Closest", clamp, uv_name, matrix, channel)
+
+    def coordinates(self, socket, groups):
+        """Name of the UV map (empty: the active one) and the 2 by 3 matrix of Mapping nodes before it."""
+        found = self.origin(socket, groups)
+        if not socket.is_linked or found is None or found[1] is None:
+            return "", None
+        output, node, groups = found
+        if node.type == "UVMAP":
+            return node.uv_map, None
+        if node.type == "TEX_COORD" and output.name == "UV":
+            return "", None
+        if node.type == "MAPPING":
+            name, inner = self.coordinates(node.inputs[0], groups)
+            if inner is not None:
+                self.notes.add(MAPPED)
+            return name, self.mapping(node, groups)
+        if node.type == "ATTRIBUTE":
+            return node.attribute_name, None
+        self.notes.add(MAPPED)
+        return "", None
+
+    def mapping(self, node, groups):
+        triple = lambda name, fallback: colour(self.input(node, name, groups, fallback))
+        move, turn, scale = triple("Location", (0, 0, 0)), triple("Rotation", (0, 0, 0)), triple("Scale", (1, 1, 1))
+        if any(isinstance(part, Texture) for part in (move, turn, scale)):
+            self.notes.add(MAPPED)
+            return None
+        cos, sin = math.cos(turn[2]), math.sin(turn[2])
+        if getattr(node, "vector_type", "POINT") == "TEXTURE":
+            x, y = (1 / s if s else 0 for s in scale[:2])
+            return [[x * cos, x * sin, -x * (cos * move[0] + sin * move[1])], [-y * sin, y * cos, -y * (cos * move[1] - sin * move[0])]]
+        return [[cos * scale[0], -sin * scale[1], move[0]], [sin * scale[0], cos * scale[1], move[1]]]
+
+    def value_mix(self, node, output, groups):
+        kind = {"RGBA": "_Color", "VECTOR": "_Vector"}.get(getattr(node, "data_type", "RGBA"), "_Float")
+        socket = lambda name: next(s for s in node.inputs if s.identifier == name)
+        factor = self.value(socket("Factor_Float"), groups)
+        return self.mixed(getattr(node, "blend_type", "MIX"), factor, *(self.value(socket(n + kind), groups) for n in "AB"))
+
+    def value_mix_rgb(self, node, output, groups):
+        return self.mixed(node.blend_type, *(self.value(node.inputs[i], groups) for i in range(3)))
+
+    def mixed(self, blend, factor, a, b):
+        if isinstance(factor, Texture):
+            self.notes.add(ADJUSTED)
+            factor = 0.5
+        factor = min(max(mean(factor), 0), 1)
+        textures = [isinstance(v, Texture) for v in (a, b)]
+        if not any(textures):
+            a, b = colour(a), colour(b)
+            return tuple((1 - factor) * x + factor * BLENDS.get(blend, BLENDS["MIX"])(x, y) for x, y in zip(a, b))
+        if blend == "MIX" and factor in (0, 1):
+            return (a, b)[int(factor)]
+        if blend == "MULTIPLY" and not all(textures):
+            texture, other = (a, b) if textures[0] else (b, a)
+            if textures[0] or factor == 1:
+                weight = tuple((1 - factor) + factor * c for c in colour(other))
+                return texture.replaced(factor=tuple(x * y for x, y in zip(texture.factor, weight)))
+        self.notes.add(ADJUSTED)
+        return a if textures[0] and (factor <= 0.5 or not textures[1] or blend != "MIX") else b
+
+    def passing(self, node, name, groups):
+        """A node that only changes colours: its input, with a note."""
+        self.notes.add(ADJUSTED)
+        return self.input(node, name, groups)
+
+    def value_gamma(self, node, output, groups):
+        value, power = self.input(node, "Color", groups), self.constant(node, "Gamma", groups, 1)
+        if isinstance(value, Texture):
+            return value if power == 1 else self.passing(node, "Color", groups)
+        return tuple(max(c, 0) ** power for c in colour(value))
+
+    def value_invert(self, node, output, groups):
+        value, factor = self.input(node, "Color", groups), self.constant(node, "Factor", groups, 1)
+        if isinstance(value, Texture):
+            return value if factor == 0 else self.passing(node, "Color", groups)
+        return tuple(c + factor * (1 - 2 * c) for c in colour(value))
+
+    def value_hue_sat(self, node, output, groups):
+        return self.passing(node, "Color", groups)
+
+    value_brightcontrast = value_curve_rgb = value_hue_sat
+
+    def value_rgbtobw(self, node, output, groups):
+        value = self.input(node, "Color", groups)
+        return value.replaced(channel=value.channel or "green") if isinstance(value, Texture) else mean(value)
+
+    def value_separate_color(self, node, output, groups):
+        value, index = self.value(node.inputs[0], groups), list(node.outputs).index(output)
+        if isinstance(value, Texture):
+            return value.replaced(channel=("red", "green", "blue")[index])
+        return colour(value)[index]
+
+    value_seprgb = value_separate_color
+
+    def value_combine_color(self, node, output, groups):
+        parts = [self.value(socket, groups) for socket in node.inputs[:3]]
+        texture = next((part for part in parts if isinstance(part, Texture)), None)
+        if texture:
+            self.notes.add(ADJUSTED)
+            return texture
+        return tuple(mean(part) for part in parts)
+
+    value_combrgb = value_combine_color
+
+    def value_math(self, node, output, groups):
+        values = [self.value(socket, groups) for socket in node.inputs]
+        texture = next((v for v in values if isinstance(v, Texture)), None)
+        if texture:
+            self.notes.add(ADJUSTED)
+            return texture
+        values = [mean(v) for v in values]
+        result = MATH[node.operation](*values) if node.operation in MATH else values[0]
+        if node.operation not in MATH:
+            self.notes.add(MEAN)
+        return min(max(result, 0), 1) if getattr(node, "use_clamp", False) else result
+
+    def value_clamp(self, node, output, groups):
+        return self.value(node.inputs[0], groups)
+
+    def value_map_range(self, node, output, groups):
+        value = self.value(node.inputs[0], groups)
+        if isinstance(value, Texture):
+            return self.passing(node, "Value", groups)
+        low, high, to_low, to_high = (self.constant(node, n, groups) for n in ("From Min", "From Max", "To Min", "To Max"))
+        share = (mean(value) - low) / (high - low) if high != low else 0
+        return to_low + (to_high - to_low) * min(max(share, 0), 1)
+
+    def value_valtorgb(self, node, output, groups):
+        value = self.input(node, "Fac", groups) if any(s.name == "Fac" for s in node.inputs) else self.input(node, "Factor", groups)
+        index = 3 if output.name == "Alpha" else slice(0, 3)
+        socket = next(s for s in node.inputs if s.name in ("Fac", "Factor"))
+        if isinstance(value, Texture):
+            self.notes.add(ADJUSTED)
+            ends = [mean(tuple(node.color_ramp.evaluate(x)[:3])) for x in (0.0, 1.0)]
+            return value if ends[0] < ends[1] else tuple(node.color_ramp.evaluate(0.5)[:3])
+        if not socket.is_linked:
+            result = node.color_ramp.evaluate(mean(value))[index]
+            return tuple(result) if index != 3 else result
+        self.notes.add(MEAN)
+        samples = [node.color_ramp.evaluate((k + 0.5) / 16)[index] for k in range(16)]
+        return sum(samples) / 16 if index == 3 else tuple(sum(s[c] for s in samples) / 16 for c in range(3))
+
+    def value_vertex_color(self, node, output, groups):
+        if output.name == "Alpha":
+            return 1.0
+        self.uses_vertex_colours = True
+        return (1.0, 1.0, 1.0)
+
+    value_attribute = value_vertex_color
+
+    def value_light_path(self, node, output, groups):
+        return 1.0 if output.name == "Is Camera Ray" else 0.0
+
+    def value_new_geometry(self, node, output, groups):
+        return 0.0
+
+    def value_fresnel(self, node, output, groups):
+        index = max(self.constant(node, "IOR", groups, 1.5), 1e-3)
+        return ((index - 1) / (index + 1)) ** 2
+
+    def value_layer_weight(self, node, output, groups):
+        return 0.04
+
+    def value_blackbody(self, node, output, groups):
+        return blackbody(self.constant(node, "Temperature", groups, 6500))
+
+    # ----------------------------------------------------------------------------------------------------------- shaders
+
+    def shader(self, socket, groups=()):
+        """Inputs of a physical material, by Raywright's names, with Texture where a picture gives them; none of nothing."""
+        found = self.origin(socket, groups)
+        if found is None or found[1] is None:
+            return None
+        output, node, groups = found
+        read = getattr(self, "shader_" + node.type.lower(), None)
+        if read is None:
+            self.notes.add(f"shader {node.bl_label}")
+            return {"base_colour": (0.5, 0.5, 0.5), "specular": 0.0}
+        return read(node, groups)
+
+    def normal(self, node, groups, name="Normal"):
+        socket = next((s for s in node.inputs if s.name == name), None)
+        found = self.origin(socket, groups) if socket is not None and socket.is_linked else None
+        if not found or found[1] is None:
+            return {}
+        _, inner, groups = found
+        if inner.type == "BUMP":
+            self.notes.add("bump maps")
+            return self.normal(inner, groups)
+        if inner.type == "NORMAL_MAP":
+            value = self.input(inner, "Color", groups)
+            if isinstance(value, Texture) and inner.space == "TANGENT":
+                uv_name = inner.uv_map or value.uv_name
+                return {"normal_texture": value.replaced(uv_name=uv_name), "normal_scale": self.constant(inner, "Strength", groups, 1)}
+        self.notes.add("normals that are no tangent-space map")
+        return {}
+
+    def shader_bsdf_principled(self, node, groups):
+        number = lambda name, fallback=0.0: self.input(node, name, groups, fallback)
+        constant = lambda name, fallback=0.0: self.constant(node, name, groups, fallback)
+        result = {
+            "base_colour": colour(number("Base Color", (0.8,) * 3)),
+            "metallic": number("Metallic"),
+            "roughness": number("Roughness", 0.5),
+            "ior": max(constant("IOR", 1.5), 1.0),
+            "opacity": number("Alpha", 1.0),
+            "transmission": number("Transmission Weight"),
+            **self.normal(node, groups),
+        }
+        level, tint = constant("Specular IOR Level", 0.5), colour(number("Specular Tint", (1.0,) * 3))
+        if level != 0.5 or tint != (1.0, 1.0, 1.0):
+            tint = (1.0,) * 3 if isinstance(tint, Texture) else tint
+            result.update(specular=1.0 if level > 0 else 0.0, specular_colour=tuple(2 * level * c for c in tint))
+        self.principled_layers(node, groups, result, number, constant)
+        strength = number("Emission Strength")
+        light = self.emission(number("Emission Color", (1.0,) * 3), strength)
+        if light:
+            result["emission"] = light
+        return result
+
+    def principled_layers(self, node, groups, result, number, constant):
+        if constant("Subsurface Weight") > 0:
+            self.notes.add("subsurface scattering: the surface is matte")
+        if constant("Diffuse Roughness") > 0:
+            self.notes.add("roughness of the diffuse part")
+        if constant("Coat Weight") > 0:
+            result["clearcoat"] = {"factor": min(constant("Coat Weight"), 1.0), "roughness": constant("Coat Roughness", 0.03)}
+            if abs(constant("Coat IOR", 1.5) - 1.5) > 0.01 or colour(number("Coat Tint", (1.0,) * 3)) != (1.0, 1.0, 1.0):
+                self.notes.add("index and tint of a coat")
+        if constant("Sheen Weight") > 0:
+            tint = colour(number("Sheen Tint", (1.0,) * 3))
+            tint = (1.0,) * 3 if isinstance(tint, Texture) else tint
+            weight = min(constant("Sheen Weight"), 1.0)
+            result["sheen"] = {"colour": tuple(min(weight * c, 1.0) for c in tint), "roughness": constant("Sheen Roughness", 0.5)}
+            self.notes.add("sheen has other fibres than Cycles'")
+        if constant("Anisotropic") > 0:
+            result["anisotropy"] = {"strength": min(constant("Anisotropic"), 1.0), "rotation": 360 * constant("Anisotropic Rotation")}
+            self.notes.add("anisotropy has another width than Cycles'")
+        if constant("Thin Film Thickness") > 0:
+            result["iridescence"] = {"thickness": constant("Thin Film Thickness"), "ior": constant("Thin Film IOR", 1.33)}
+        if result["transmission"] == 1 and not isinstance(result["base_colour"], Texture):
+            # Cycles takes the root at each of the two boundaries of a body.
+            result["base_colour"] = tuple(math.sqrt(max(c, 0)) for c in result["base_colour"])
+
+    def emission(self, light, strength):
+        if isinstance(strength, Texture):
+            strength = 1.0 if not isinstance(light, Texture) else strength
+            self.notes.add(ADJUSTED)
+            strength = 1.0
+        strength = mean(strength)
+        if strength <= 0:
+            return None
+        if isinstance(light, Texture):
+            return light.replaced(factor=tuple(strength * c for c in light.factor))
+        light = tuple(max(strength * c, 0) for c in colour(light))
+        return light if any(light) else None
+
+    def shader_emission(self, node, groups):
+        light = self.emission(self.input(node, "Color", groups), self.input(node, "Strength", groups, 1.0))
+        return {**BLACK, "emission": light} if light else dict(BLACK)
+
+    shader_background = shader_emission
+
+    def shader_bsdf_diffuse(self, node, groups):
+        if self.constant(node, "Roughness", groups) > 0:
+            self.notes.add("roughness of the diffuse part")
+        return {"base_colour": colour(self.input(node, "Color", groups)), "specular": 0.0, **self.normal(node, groups)}
+
+    def shader_subsurface_scattering(self, node, groups):
+        self.notes.add("subsurface scattering: the surface is matte")
+        return {"base_colour": colour(self.input(node, "Color", groups)), "specular": 0.0, **self.normal(node, groups)}
+
+    def shader_bsdf_glossy(self, node, groups):
+        tint = colour(self.input(node, "Color", groups))
+        return {"base_colour": tint, "metallic": 1.0, "roughness": self.input(node, "Roughness", groups), **self.normal(node, groups)}
+
+    def shader_bsdf_metallic(self, node, groups):
+        return {"base_colour": colour(self.input(node, "Base Color", groups)), "metallic": 1.0, "roughness": self.input(node, "Roughness", groups), **self.normal(node, groups)}
+
+    def shader_bsdf_glass(self, node, groups):
+        return {
+            "base_colour": colour(self.input(node, "Color", groups)),
+            "transmission": 1.0,
+            "roughness": self.input(node, "Roughness", groups),
+            "ior": max(self.constant(node, "IOR", groups, 1.5), 1.0),
+            **self.normal(node, groups),
+        }
+
+    def shader_bsdf_refraction(self, node, groups):
+        self.notes.add("refraction without reflection: glass reflects, too")
+        return self.shader_bsdf_glass(node, groups)
+
+    def shader_bsdf_transparent(self, node, groups):
+        tint = colour(self.input(node, "Color", groups, (1.0,) * 3))
+        if isinstance(tint, Texture) or min(tint) < 0.999:
+            self.notes.add("tinted transparency: its brightness alone counts")
+        return {**BLACK, "opacity": 1 - (0.5 if isinstance(tint, Texture) else mean(tint))}
+
+    def shader_bsdf_translucent(self, node, groups):
+        tint = colour(self.input(node, "Color", groups))
+        return {"base_colour": tint, "specular": 0.0, "diffuse_transmission": {"factor": 1.0, "colour": tint}}
+
+    def shader_bsdf_sheen(self, node, groups):
+        self.notes.add("sheen has other fibres than Cycles'")
+        tint = colour(self.input(node, "Color", groups))
+        return {**BLACK, "sheen": {"colour": (1.0,) * 3 if isinstance(tint, Texture) else tint, "roughness": self.constant(node, "Roughness", groups, 0.5)}}
+
+    shader_bsdf_velvet = shader_bsdf_sheen
+
+    def shader_mix_shader(self, node, groups):
+        factor = self.value(node.inputs[0], groups)
+        found = self.origin(node.inputs[0], groups)
+        viewing = found and found[1] is not None and found[1].type in ("FRESNEL", "LAYER_WEIGHT")
+        a, b = (self.shader(node.inputs[i], groups) or dict(BLACK) for i in (1, 2))
+        if is_clear(a):
+            return {**b, "opacity": factor}
+        if is_clear(b):
+            return {**a, "opacity": 1 - (0.5 if isinstance(factor, Texture) else mean(factor))}
+        if viewing and b.get("metallic") == 1.0 and not a.get("metallic"):
+            # Paint under a varnish, as Principled has it.
+            return {**a, "specular": 1.0, "roughness": b["roughness"]}
+        self.notes.add("mixed shaders: one surface with the mean of their inputs")
+        return mixed_surfaces(a, b, 0.5 if isinstance(factor, Texture) else min(max(mean(factor), 0), 1))
+
+    def shader_add_shader(self, node, groups):
+        a, b = (self.shader(node.inputs[i], groups) or dict(BLACK) for i in (0, 1))
+        for one, other in ((a, b), (b, a)):
+            if is_dark(one):
+                return {**other, **({"emission": one["emission"]} if "emission" in one else {})}
+        self.notes.add("added shaders: the first alone counts")
+        return a
+
+
+BLACK = {"base_colour": (0.0, 0.0, 0.0), "specular": 0.0}
+
+
+def is_dark(surface):
+    return surface.get("base_colour") == (0.0, 0.0, 0.0) and not set(surface) - {"base_colour", "specular", "emission"}
+
+
+def is_clear(surface):
+    return surface.get("opacity") == 0 and "emission" not in surface
+
+
+def mixed_surfaces(a, b, factor):
+    """One surface between two: means of numbers and colours; textures and layers of the one that weighs more."""
+    heavier = a if factor <= 0.5 else b
+    result = {}
+    for key in {**a, **b}:
+        x, y = (surface.get(key, DEFAULTS.get(key)) for surface in (a, b))
+        if isinstance(x, float) and isinstance(y, float):
+            result[key] = (1 - factor) * x + factor * y
+        elif isinstance(x, tuple) and isinstance(y, tuple):
+            result[key] = tuple((1 - factor) * p + factor * q for p, q in zip(x, y))
+        elif key == "emission" and (x is None or y is None):
+            light, share = (x, 1 - factor) if y is None else (y, factor)
+            result[key] = light.replaced(factor=tuple(share * c for c in light.factor)) if isinstance(light, Texture) else tuple(share * c for c in light)
+        elif key in heavier:
+            result[key] = heavier[key]
+        elif isinstance(x, Texture) or isinstance(y, Texture):
+            result[key] = x if isinstance(x, Texture) else y
+    return result
+
+
+DEFAULTS = {"metallic": 0.0, "roughness": 1.0, "ior": 1.5, "transmission": 0.0, "opacity": 1.0, "specular": 1.0, "specular_colour": (1.0, 1.0, 1.0), "normal_scale": 1.0}
+
+BLENDS = {
+    "MIX": lambda a, b: b,
+    "MULTIPLY": lambda a, b: a * b,
+    "ADD": lambda a, b: a + b,
+    "SUBTRACT": lambda a, b: max(a - b, 0),
+    "SCREEN": lambda a, b: 1 - (1 - a) * (1 - b),
+    "DIVIDE": lambda a, b: a / b if b else a,
+    "DIFFERENCE": lambda a, b: abs(a - b),
+    "DARKEN": min,
+    "LIGHTEN": max,
+    "OVERLAY": lambda a, b: 2 * a * b if a < 0.5 else 1 - 2 * (1 - a) * (1 - b),
+}
+
+MATH = {
+    "ADD": lambda a, b, *_: a + b,
+    "SUBTRACT": lambda a, b, *_: a - b,
+    "MULTIPLY": lambda a, b, *_: a * b,
+    "DIVIDE": lambda a, b, *_: a / b if b else 0,
+    "MULTIPLY_ADD": lambda a, b, c, *_: a * b + c,
+    "POWER": lambda a, b, *_: abs(a) ** b if a else 0,
+    "MINIMUM": lambda a, b, *_: min(a, b),
+    "MAXIMUM": lambda a, b, *_: max(a, b),
+    "SQRT": lambda a, *_: math.sqrt(max(a, 0)),
+    "ABSOLUTE": lambda a, *_: abs(a),
+    "LESS_THAN": lambda a, b, *_: float(a < b),
+    "GREATER_THAN": lambda a, b, *_: float(a > b),
+}
+
+
+def blackbody(kelvin):
+    """Linear Rec. 709 colour of a black body, brightest channel 1 (fits of Charity's table by Helland, 2012)."""
+    t = min(max(kelvin, 1000), 40000) / 100
+    red = 255 if t <= 66 else 329.698727446 * (t - 60) ** -0.1332047592
+    green = 99.4708025861 * math.log(t) - 161.1195681661 if t <= 66 else 288.1221695283 * (t - 60) ** -0.0755148492
+    blue = 255 if t >= 66 else 0 if t <= 19 else 138.5177312231 * math.log(t - 10) - 305.0447927307
+    return tuple((min(max(c, 0), 255) / 255) ** 2.2 for c in (red, green, blue))
