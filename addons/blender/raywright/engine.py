@@ -171,10 +171,6 @@ class RaywrightEngine(bpy.types.RenderEngine):
     def show(self, depsgraph, channels, error):
         height, width = channels["R"].shape
         result = self.begin_result(0, 0, width, height, layer=depsgraph.view_layer_eval.name)
-        if error:
-            ERRORS[depsgraph.scene.name] = error
-            self.update_stats("", error)
-            result.stamp_data_add_field("Raywright", error)
         layer = result.layers[0]
         for name, pixels in self.passes(depsgraph, channels).items():
             if name not in layer.passes:
@@ -182,6 +178,10 @@ class RaywrightEngine(bpy.types.RenderEngine):
             rect = layer.passes[name].rect
             rect.foreach_set(np.ascontiguousarray(pixels[::-1], np.float32).ravel())
         self.end_result(result)
+        if error:
+            ERRORS[depsgraph.scene.name] = error
+            self.update_stats("", error)
+            self.get_result().stamp_data_add_field("Raywright", error)
 
     def passes(self, depsgraph, channels):
         """Blender's passes, rows from the top, from the channels of a picture."""

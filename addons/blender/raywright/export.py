@@ -35,15 +35,16 @@ class Export:
     # ------------------------------------------------------------------------------------------------ pictures and textures
 
     def image(self, image):
-        """Name of a picture of Blender in the file; none where it has no pixels."""
+        """Name of a picture of Blender in the file. One that has no pixels is pink, as in Blender."""
         key = image.name_full
         if key not in self.image_names:
             path = self.image_file(image)
-            self.image_names[key] = path and f"image {len(self.image_names)}"
-            if path:
-                self.description["images"].append({"name": self.image_names[key], "path": path})
-            else:
+            if path is None:
                 self.note("pictures that can't be read", image.name)
+                path = f"image{len(self.image_names)}.png"
+                exr.write_png(os.path.join(self.folder, path), np.array([[[255, 0, 255, 255]]], np.uint8))
+            self.image_names[key] = f"image {len(self.image_names)}"
+            self.description["images"].append({"name": self.image_names[key], "path": path})
         return self.image_names[key]
 
     def image_file(self, image):
@@ -86,10 +87,8 @@ class Export:
         return name
 
     def texture(self, texture):
-        """Use of a texture in a material; none where its picture can't be read."""
+        """Use of a texture in a material."""
         image = self.image(texture.image)
-        if image is None:
-            return None
         space = "linear" if texture.image.colorspace_settings.name in LINEAR or texture.image.is_float else "srgb"
         key = (image, texture.nearest, texture.clamp, space)
         if key not in self.texture_names:
@@ -166,16 +165,11 @@ class Export:
         model = {}
         for key, value in surface.items():
             if key == "normal_texture":
-                use = self.texture(value)
-                if use:
-                    model[key] = {k: v for k, v in use.items() if k != "channel"}
+                model[key] = {k: v for k, v in self.texture(value).items() if k != "channel"}
             elif isinstance(value, nodes.Texture):
                 use = self.texture(value)
-                if use is not None:
-                    number = key in ("metallic", "roughness", "transmission", "opacity") and "channel" not in use
-                    model[key] = {"texture": {**use, "channel": "green"} if number else use}
-                else:
-                    model[key] = [1, 0, 1] if key in ("base_colour", "emission") else 0.5
+                number = key in ("metallic", "roughness", "transmission", "opacity") and "channel" not in use
+                model[key] = {"texture": {**use, "channel": "green"} if number else use}
             elif isinstance(value, tuple):
                 limit = math.inf if key in ("emission", "specular_colour") else 1.0
                 model[key] = [min(max(c, 0.0), limit) for c in value]
@@ -252,7 +246,7 @@ class Export:
         if any(getattr(m, "type", "") == "PARTICLE_SYSTEM" and m.particle_system.settings.render_type == "PATH" for m in thing.modifiers):
             self.note("hair and points", thing.name)
         for mesh, material in self.parts(instance):
-            entry = {"name": thing.name, "mesh": mesh, "material": material, "matrix": matrix, "seen": thing.visible_camera}
+            entry = {"name": thing.name, "mesh": mesh, "material": material, "matrix": matrix, "seen": thing.visible_camera, "shadow": thing.visible_shadow}
             self.description["objects"].append(entry)
 
     def lamp(self, thing, matrix):
@@ -278,6 +272,8 @@ class Export:
                 self.note("the size of a spot: its shadows are sharp", thing.name)
             entry.update(kind="spot", watts=power, angle=light.spot_size, blend=light.spot_blend)
         else:
+            if light.shadow_soft_size > 1:
+                self.note("point lamps of more than a metre in radius: things in them get no light", thing.name)
             entry.update(kind="point", watts=power, radius=light.shadow_soft_size)
         self.unnormalised(light, entry)
         self.description["lights"].append(entry)
@@ -363,8 +359,7 @@ class Export:
             source = reader.origin(next((s for s in source[1].inputs if s.is_linked), source[1].inputs[0]), source[2])
         if source and source[1] is not None and source[1].type == "TEX_ENVIRONMENT" and source[1].image:
             image = self.image(source[1].image)
-            if image:
-                return {"image": image, "strength": max(strength, 0.0), "rotation": sky_turn(reader, source[1], source[2], notes)}
+            return {"image": image, "strength": max(strength, 0.0), "rotation": sky_turn(reader, source[1], source[2], notes)}
         if source and source[1] is not None and source[1].type == "TEX_SKY":
             notes.add("sky textures: an even blue in their place")
             return {"colour": (0.35, 0.5, 0.8), "strength": max(strength, 0.0)}

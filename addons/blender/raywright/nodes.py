@@ -438,6 +438,11 @@ class Reader:
         if viewing and b.get("metallic") == 1.0 and not a.get("metallic"):
             # Paint under a varnish, as Principled has it.
             return {**a, "specular": 1.0, "roughness": b["roughness"]}
+        for matte, gloss, share in ((a, b, factor), (b, a, 1 - (0.5 if isinstance(factor, Texture) else mean(factor)))):
+            if not isinstance(share, Texture) and mean(share) <= 0.5 and is_varnish(matte, gloss):
+                # A varnish that reflects the share of the glossy shader head-on: 0.04 is that of index 1.5.
+                tint = tuple(mean(share) / 0.04 * c for c in gloss["base_colour"])
+                return {**matte, "specular": 1.0, "specular_colour": tint, "roughness": gloss["roughness"]}
         self.notes.add("mixed shaders: one surface with the mean of their inputs")
         return mixed_surfaces(a, b, 0.5 if isinstance(factor, Texture) else min(max(mean(factor), 0), 1))
 
@@ -455,6 +460,10 @@ BLACK = {"base_colour": (0.0, 0.0, 0.0), "specular": 0.0}
 
 def is_dark(surface):
     return surface.get("base_colour") == (0.0, 0.0, 0.0) and not set(surface) - {"base_colour", "specular", "emission"}
+
+
+def is_varnish(matte, gloss):
+    return matte.get("specular") == 0 and set(matte) <= {"base_colour", "specular", "normal_texture", "normal_scale"} and gloss.get("metallic") == 1 and isinstance(gloss["base_colour"], tuple)
 
 
 def is_clear(surface):

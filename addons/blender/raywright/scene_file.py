@@ -239,7 +239,7 @@ def scene(description):
         material = entry["material"]
         if not entry["seen"] and opacity is not None:
             material = hidden_material(result, hidden, material, opacity)
-        placed = {"name": entry["name"], "shape": {"mesh": entry["mesh"]}, "material": material}
+        placed = {"name": entry["name"], "shape": {"mesh": entry["mesh"]}, "material": material, "casts_shadow": entry["shadow"]}
         result["objects"].append({**placed, "transform": transform(entry["matrix"])})
     return result
 

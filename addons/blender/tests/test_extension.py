@@ -85,6 +85,15 @@ class SceneFile(unittest.TestCase):
         opacity = described(lights=[light])["materials"][0]["model"]["physical"]["opacity"]
         self.assertIn("length(o - [0, 2, 5])", opacity)
 
+    def test_mesh_unseen_by_the_camera_has_a_material_of_its_own(self):
+        entry = dict(name="a", mesh="m", material="paint", matrix=STILL, seen=False, shadow=True)
+        made = described(meshes=[("m", "m.glb")], materials=[("paint", {"base_colour": [1, 0, 0]})], objects=[entry, {**entry, "seen": True}])
+        hidden, plain = (o["material"] for o in made["objects"])
+        self.assertEqual(plain, "paint")
+        models = {m["name"]: m["model"]["physical"] for m in made["materials"]}
+        self.assertEqual(models[hidden]["base_colour"], [1, 0, 0])
+        self.assertNotIn("opacity", models[plain])
+
     def test_shift_becomes_a_crop(self):
         self.assertEqual(scene_file.shifted([40, 20], [0, 0, 40, 20], [3, -2]), ([46, 24], [6, 4, 40, 20]))
         camera = {**CAMERA, "whole_size": [46, 24]}
@@ -187,6 +196,15 @@ class Nodes(unittest.TestCase):
         mix = node("MIX_SHADER", linked("Fac", image, 1), linked("Shader", clear), linked("Shader", matte))
         surface = self.reader.shader(linked("Surface", mix))
         self.assertEqual((surface["base_colour"], surface["opacity"].channel), ((0.5, 0.5, 0.5), "alpha"))
+
+    def test_a_little_gloss_over_matte_is_a_varnish(self):
+        matte = node("BSDF_DIFFUSE", Socket("Color", (0.5, 0.25, 0.5)), Socket("Roughness", 0.0))
+        gloss = node("BSDF_GLOSSY", Socket("Color", (0.8, 0.8, 0.8)), Socket("Roughness", 0.2))
+        mix = node("MIX_SHADER", Socket("Fac", 0.1), linked("Shader", matte), linked("Shader", gloss))
+        surface = self.reader.shader(linked("Surface", mix))
+        self.assertEqual((surface["base_colour"], surface["roughness"]), ((0.5, 0.25, 0.5), 0.2))
+        self.assertAlmostEqual(0.04 * surface["specular_colour"][0], 0.08)
+        self.assertFalse(self.notes)
 
     def test_unknown_nodes_are_noted(self):
         shader = node("BSDF_DIFFUSE", linked("Color", node("TEX_NOISE")), Socket("Roughness", 0.0))
