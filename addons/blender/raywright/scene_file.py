@@ -101,6 +101,21 @@ def unseen(cameras):
     return f"if(length(o - {vector_text(eye)}) < {reach:.9g}, 0, 1)"
 
 
+def in_view(camera, light):
+    """Whether the ball around a lamp may reach into a cone around the view. A lamp with an opacity costs time and noise."""
+    view, matrix = np.asarray(camera["matrix"], float), np.asarray(light["matrix"], float)
+    reach = light.get("radius", 0) + np.linalg.norm(light.get("size", (0, 0))) / 2 * np.linalg.norm(matrix[:3, :3], 2)
+    place = matrix[:3, 3] - view[:3, 3]
+    distance = np.linalg.norm(place)
+    width, height = camera["whole_size"]
+    edge = math.tan(camera.get("vertical_fov", 3) / 2) * math.hypot(width, height) / camera["size"][1]
+    if distance <= reach:
+        return True
+    axis = -view[:3, 2] / np.linalg.norm(view[:3, 2])
+    angle = math.acos(min(max(float(axis @ place) / distance, -1), 1))
+    return angle - math.asin(reach / distance) < math.atan(edge) + 0.05
+
+
 def vector_text(vector):
     return "[" + ", ".join(f"{c:.9g}" for c in vector) + "]"
 
@@ -231,7 +246,8 @@ def scene(description):
     opacity = unseen(result["cameras"]) if camera["kind"] != "orthographic" else None
     for number, light in enumerate(description["lights"]):
         name = f"light {number} {light['name']}"
-        ADD_LIGHT[light["kind"]](result, light, name, None if light["seen"] else opacity)
+        hidden = not light["seen"] and in_view(camera, light)
+        ADD_LIGHT[light["kind"]](result, light, name, opacity if hidden else None)
     for name, model in description["materials"]:
         result["materials"].append({"name": name, "model": {"physical": model}})
     hidden = {}

@@ -84,6 +84,10 @@ class SceneFile(unittest.TestCase):
         light = dict(kind="area", name="a", matrix=STILL, colour=[1, 1, 1], watts=1.0, size=[1, 1], round=False, seen=False)
         opacity = described(lights=[light])["materials"][0]["model"]["physical"]["opacity"]
         self.assertIn("length(o - [0, 2, 5])", opacity)
+        behind = [[1, 0, 0, 0], [0, 1, 0, -9], [0, 0, 1, 0], [0, 0, 0, 1]]
+        above = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 9], [0, 0, 0, 1]]
+        made = described(lights=[{**light, "matrix": behind}, {**light, "matrix": above}])
+        self.assertTrue(all("opacity" not in m["model"]["physical"] for m in made["materials"]))
 
     def test_mesh_unseen_by_the_camera_has_a_material_of_its_own(self):
         entry = dict(name="a", mesh="m", material="paint", matrix=STILL, seen=False, shadow=True)
