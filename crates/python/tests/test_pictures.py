@@ -132,6 +132,28 @@ class Sources(Files):
         with self.assertRaises(rw.InputError):
             rw.load(Model())
 
+    def test_arrays_of_vertices_and_faces_are_read(self):
+        """Protects: a mesh of arrays is where its vertices say, and wrong arrays are refused with the reason."""
+        vertices, faces = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.array([[0, 1, 2], [0, 2, 3]])
+        picture = rw.load(vertices, faces).render(size=(16, 16), spp=4, eye=(0, 0, 5), target=(0, 0, 0), fov=20)
+        self.assertAlmostEqual(float(picture.layers["depth"][8, 8, 0]), 5, places=2)
+        with self.assertRaisesRegex(rw.InputError, "from 0 to 3"):
+            rw.load(vertices, [[0, 1, 4]])
+        with self.assertRaisesRegex(rw.UsageError, "three coordinates"):
+            rw.load([[0, 0]], faces)
+
+    def test_the_viewer_is_shown_in_a_cell(self):
+        """Protects: the viewer starts, its page is in the cell's text and is served, it ends, and its failure is an exception."""
+        import urllib.request
+
+        with rw.show("preset:cornell", size=(32, 32)) as viewer:
+            self.assertIn(viewer.url, viewer._repr_html_())
+            with urllib.request.urlopen(viewer.url, timeout=30) as page:
+                self.assertEqual(page.status, 200)
+        self.assertIsNotNone(viewer._process.returncode)
+        with self.assertRaises(rw.Error):
+            rw.show("nowhere.glb")
+
     def test_meshes_of_trimesh_are_read(self):
         """Protects: a mesh of trimesh is a scene."""
         try:
