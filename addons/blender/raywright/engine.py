@@ -189,9 +189,10 @@ class RaywrightEngine(bpy.types.RenderEngine):
         denoised = "denoised." if "denoised.R" in channels else ""
         alpha = channels.get("A", np.ones_like(channels["R"]))
         passes = {"Combined": np.concatenate([stack([denoised + c for c in "RGB"]), alpha[..., None]], -1)}
-        layers = layers_of(depsgraph.view_layer_eval)
+        # The picture of a render that was stopped may lack layers.
+        layers = [layer for layer in layers_of(depsgraph.view_layer_eval) if any(name.split(".")[0] == layer for name in channels)]
         if "depth" in layers:
-            passes["Depth"] = plane_depth(depsgraph, next(channels[n] for n in ("depth.Z", "depth.V", "depth", "Z") if n in channels))
+            passes["Depth"] = plane_depth(depsgraph, next(pixels for name, pixels in channels.items() if name.split(".")[0] == "depth"))
         if "normal" in layers:
             x, y, z = (channels[f"normal.{c}"] for c in "XYZ")
             passes["Normal"] = np.stack([x, -z, y], -1)
