@@ -128,7 +128,7 @@ class Export:
             name = f"material {len(self.material_names)} {key}".strip()
             self.material_names[key] = name
             surface, notes = {"base_colour": (0.8,) * 3, "roughness": 0.5}, set()
-            if material and material.node_tree:
+            if material and material.use_nodes and material.node_tree:
                 surface = self.surface(material, notes, name)
             elif material:
                 surface = {"base_colour": tuple(material.diffuse_color[:3]), "roughness": material.roughness, "metallic": material.metallic}
@@ -329,7 +329,7 @@ class Export:
     def world(self):
         world = self.depsgraph.scene_eval.world
         entry = {"colour": (0.0, 0.0, 0.0), "strength": 1.0}
-        if world and world.node_tree:
+        if world and world.use_nodes and world.node_tree:
             notes = set()
             entry = self.world_nodes(world, notes) or entry
             for what in notes:

@@ -189,7 +189,8 @@ class Reader:
         return tuple(max(c, 0) ** power for c in colour(value))
 
     def value_invert(self, node, output, groups):
-        value, factor = self.input(node, "Color", groups), self.constant(node, "Factor", groups, 1)
+        factor, value = (self.value(socket, groups) for socket in node.inputs[:2])
+        factor = 0.5 if isinstance(factor, Texture) else mean(factor)
         if isinstance(value, Texture):
             return value if factor == 0 else self.passing(node, "Color", groups)
         return tuple(c + factor * (1 - 2 * c) for c in colour(value))
@@ -245,9 +246,9 @@ class Reader:
         return to_low + (to_high - to_low) * min(max(share, 0), 1)
 
     def value_valtorgb(self, node, output, groups):
-        value = self.input(node, "Fac", groups) if any(s.name == "Fac" for s in node.inputs) else self.input(node, "Factor", groups)
+        socket = node.inputs[0]
+        value = self.value(socket, groups)
         index = 3 if output.name == "Alpha" else slice(0, 3)
-        socket = next(s for s in node.inputs if s.name in ("Fac", "Factor"))
         if isinstance(value, Texture):
             self.notes.add(ADJUSTED)
             ends = [mean(tuple(node.color_ramp.evaluate(x)[:3])) for x in (0.0, 1.0)]
@@ -522,9 +523,11 @@ MATH = {
 
 
 def blackbody(kelvin):
-    """Linear Rec. 709 colour of a black body, brightest channel 1 (fits of Charity's table by Helland, 2012)."""
+    """Linear Rec. 709 colour of a black body of luminance 1, as Cycles has it (fits of Charity's table by Helland, 2012)."""
     t = min(max(kelvin, 1000), 40000) / 100
     red = 255 if t <= 66 else 329.698727446 * (t - 60) ** -0.1332047592
     green = 99.4708025861 * math.log(t) - 161.1195681661 if t <= 66 else 288.1221695283 * (t - 60) ** -0.0755148492
     blue = 255 if t >= 66 else 0 if t <= 19 else 138.5177312231 * math.log(t - 10) - 305.0447927307
-    return tuple((min(max(c, 0), 255) / 255) ** 2.2 for c in (red, green, blue))
+    linear = [(min(max(c, 0), 255) / 255) ** 2.2 for c in (red, green, blue)]
+    luminance = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+    return tuple(c / luminance for c in linear)
