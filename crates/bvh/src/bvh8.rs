@@ -232,10 +232,7 @@ impl Bvh8 {
     }
 
     /// Adds rows that every query tests before it traverses the tree.
-    pub fn add_always_tested_primitive_rows(
-        &mut self,
-        rows: impl IntoIterator<Item = PrimitiveRow>,
-    ) {
+    pub fn add_unculled_rows(&mut self, rows: impl IntoIterator<Item = PrimitiveRow>) {
         let before = self.rows.len();
         self.rows
             .splice(self.always_row_count..self.always_row_count, rows);

@@ -29,7 +29,7 @@ impl Motion {
             return Err(GeometryError::NotFinite);
         }
         let invertible = has_constant_sign(
-            determinant_bernstein_coefficients(ends.map(|end| end.matrix3)),
+            bernstein_coefficients(ends.map(|end| end.matrix3)),
             MAX_BISECTIONS,
         );
         invertible
@@ -112,7 +112,7 @@ fn determinant([x, y, z]: [DVec3; 3]) -> (DoubleDouble, f64) {
 /// polynomial in time. The determinant is linear in each column of the map. So coefficient i is a
 /// mean of determinants: over all choices of i columns from the end map, with the other columns
 /// from the start map.
-fn determinant_bernstein_coefficients(ends: [DMat3; 2]) -> [BoundedValue; 4] {
+fn bernstein_coefficients(ends: [DMat3; 2]) -> [BoundedValue; 4] {
     let mut sums = [(DoubleDouble::default(), 0.0); 4];
     for choice in 0..8_usize {
         let (value, size) =

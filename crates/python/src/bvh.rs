@@ -189,7 +189,7 @@ fn parse_doubles(bytes: &[u8]) -> Vec<f64> {
 
 /// Combines origins and directions to rays of six numbers. A single origin or a single direction
 /// applies to all rays.
-fn combine_origins_and_directions(
+fn pair_rays(
     origins: &Bound<'_, PyAny>,
     directions: &Bound<'_, PyAny>,
     range: [f64; 2],
@@ -292,7 +292,7 @@ impl Bvh {
     ) -> PyResult<Bound<'py, PyTuple>> {
         let (py, rays, tree) = (
             origins.py(),
-            combine_origins_and_directions(origins, directions, [tmin, tmax])?,
+            pair_rays(origins, directions, [tmin, tmax])?,
             Arc::clone(&self.0),
         );
         let RayHits { t, triangle, uv } =
@@ -318,7 +318,7 @@ impl Bvh {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, rays, tree) = (
             origins.py(),
-            combine_origins_and_directions(origins, directions, [tmin, tmax])?,
+            pair_rays(origins, directions, [tmin, tmax])?,
             Arc::clone(&self.0),
         );
         let hit = work::run_work(py, threads, None, move |watch| tree.occluded(&rays, watch))?;

@@ -151,13 +151,13 @@ impl<'a> Clustering<'a> {
             boxes_visited: mut looks,
         } = self.cluster_leaves(leaves)?;
         let [before, after] = self.options.reinserted_shares;
-        looks += self.reinsert_subtrees_unless_stopped(&mut tree, before)?;
+        looks += self.reinsert_while_running(&mut tree, before)?;
         tree.primitive_indices = order.to_vec();
         // With this cost of a node, every small subtree becomes a leaf. The collapse to eight-wide
         // nodes decides by ray cost which leaves share a block.
         collapse(&mut tree, self.max_leaf, self.max_leaf as f32);
         order.copy_from_slice(&tree.primitive_indices);
-        looks += self.reinsert_subtrees_unless_stopped(&mut tree, after)?;
+        looks += self.reinsert_while_running(&mut tree, after)?;
         // Only the nodes are needed from here on.
         let tree = Bvh2 {
             nodes: tree.nodes,
@@ -204,7 +204,7 @@ impl<'a> Clustering<'a> {
 
     /// Reinserts a fraction of the nodes, and returns the number of nodes visited; `None` if
     /// cancelled.
-    fn reinsert_subtrees_unless_stopped(&self, tree: &mut Bvh2, share: f32) -> Option<u64> {
+    fn reinsert_while_running(&self, tree: &mut Bvh2, share: f32) -> Option<u64> {
         (!(self.stop)()).then(|| reinsert_subtrees(tree, share))
     }
 
@@ -227,7 +227,7 @@ impl<'a> Clustering<'a> {
             mut tree,
             boxes_visited: mut looks,
         } = self.cluster_leaves(all.collect())?;
-        looks += self.reinsert_subtrees_unless_stopped(&mut tree, 1.0)?;
+        looks += self.reinsert_while_running(&mut tree, 1.0)?;
         let mut bases = Vec::with_capacity(pieces.len());
         let joined = tree.nodes.len();
         let all = joined

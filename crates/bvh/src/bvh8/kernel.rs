@@ -181,7 +181,7 @@ impl Bvh8 {
         visitor: &mut dyn HitVisitor,
     ) -> bool {
         if self.always_row_count > 0 || self.nodes.is_empty() {
-            return self.visit_rows_then_tree_by_rounded_ray(traversal_ray, query, visitor);
+            return self.visit_all_by_rounded_ray(traversal_ray, query, visitor);
         }
         dispatch_kernel!(self.kernel, query, true, s, M => s.traverse_by_rounded_ray::<M>(self, traversal_ray, query, visitor))
     }
@@ -189,7 +189,7 @@ impl Bvh8 {
     /// Passes hits of a ray in f64 as [`Self::visit_hits_of_rounded_ray`], in a structure with
     /// primitives outside nodes. Their order is that of [`Self::visit_rows_then_tree`].
     #[inline(never)]
-    fn visit_rows_then_tree_by_rounded_ray(
+    fn visit_all_by_rounded_ray(
         &self,
         traversal_ray: &TraversalRay,
         query: &mut TraversalQuery<'_>,
@@ -197,7 +197,7 @@ impl Bvh8 {
     ) -> bool {
         if self.always_row_count > 0 {
             let prepared_ray = *query.prepared_ray();
-            if dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_rows_outside_tree_by_f64_ray::<M>(self, &prepared_ray, query, visitor))
+            if dispatch_kernel!(self.kernel, query, true, s, M => s.intersect_unculled_rows::<M>(self, &prepared_ray, query, visitor))
             {
                 return true;
             }
@@ -289,7 +289,7 @@ macro_rules! define_traversals {
             ) { intersect_rows_outside_tree::<_, M>(s, bvh, &PreparedRay::from_world_ray([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
             /// Intersects a ray in f64, as in an instance's space, with the rows that every query
             /// tests.
-            pub(super) fn intersect_rows_outside_tree_by_f64_ray<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_rows_outside_tree::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
+            pub(super) fn intersect_unculled_rows<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_rows_outside_tree::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
             /// Intersects a ray with all triangle blocks and then all single primitives of a
             /// structure without nodes.
             pub(super) fn intersect_triangle_blocks<M: TraversalMode>(s, bvh: &Bvh8, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { intersect_all_triangle_blocks::<_, M>(s, bvh, leaf_ray, query, visitor) } -> bool;

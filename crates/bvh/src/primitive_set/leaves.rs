@@ -100,7 +100,7 @@ impl<R: Real> PrimitiveSet<R> {
             (RowKind::Spheres, first..first + spheres),
         ] {
             let firsts = slots.clone().step_by(WIDTH);
-            bvh.add_always_tested_primitive_rows(
+            bvh.add_unculled_rows(
                 firsts.map(|first| self.build_leaf_row(kind, first..slots.end.min(first + WIDTH))),
             );
         }

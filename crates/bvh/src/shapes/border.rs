@@ -58,7 +58,7 @@ pub(super) fn move_ray_origins_off_border<R: Real>(
     let within = if face == FaceKind::Triangle {
         move_weights_into_triangle
     } else {
-        move_coordinates_into_parallelogram
+        clamp_to_parallelogram
     };
     let kept = within(
         at,
@@ -121,7 +121,7 @@ fn move_weights_into_triangle(
 /// Moves coordinates in [0, 1]², by the shortest way, to coordinates at least `least_u` from u = 0
 /// and u = 1, and at least `least_v` from v = 0 and v = 1. `by_u` and `by_v` are the gradients of u
 /// and v in world space, where distances are measured. If no coordinates satisfy both, they stay.
-fn move_coordinates_into_parallelogram(
+fn clamp_to_parallelogram(
     [u, v]: [f64; 2],
     [by_u, by_v]: [DVec3; 2],
     [least_u, least_v, _]: [f64; 3],

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::frame::{eval_disk_support, split_along_axis};
 use super::quadratic::{point_at_hit, uses_near_reference_point};
 use super::revolution::{SurfaceOfRevolution, WALL};
-use super::spawn_offset::offset_ray_origins_for_curvature;
+use super::spawn_offset::offset_curved_origins;
 use super::{
     OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
     rounding_bound,
@@ -164,7 +164,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         };
         let radius = self.radius.to_f64();
         if self.ends != CylinderEnds::Capped {
-            return offset_ray_origins_for_curvature::<R>(surface_point, transform_chain, || {
+            return offset_curved_origins::<R>(surface_point, transform_chain, || {
                 [f64::INFINITY, radius]
             });
         }

@@ -80,7 +80,7 @@ impl<R: Real> Ellipsoid<R> {
 
     /// Returns the offset from a hit point to the base point of inward rays, from which their
     /// origins are offset along the normal. The offset is computed for the unit sphere of which
-    /// this ellipsoid is the image (see [`super::spawn_offset::offset_ray_origins_for_curvature`]).
+    /// this ellipsoid is the image (see [`super::spawn_offset::offset_curved_origins`]).
     #[inline(never)]
     fn inward_ray_offset(
         &self,

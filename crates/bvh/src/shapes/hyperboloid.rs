@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::frame::{angle_coordinate, eval_disk_support, length_2d, radial_direction};
 use super::prepared_ray::FAR_RATIO;
 use super::quadratic::{Crossings, Quadratic, call_cold, choose_reference_point, point_at_hit};
-use super::spawn_offset::offset_ray_origins_for_curvature;
+use super::spawn_offset::offset_curved_origins;
 use super::{
     OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
     rounding_bound, sample::integrate_area,
@@ -138,7 +138,7 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         let point = point_at_hit(prepared_ray, self.find_crossings(prepared_ray, true), hit);
         let surface_point =
             self.eval_surface_point(point, (prepared_ray.origin - point).abs().max_element());
-        offset_ray_origins_for_curvature::<R>(surface_point, transform_chain, || {
+        offset_curved_origins::<R>(surface_point, transform_chain, || {
             // Both radii of curvature are least at the waist: the meridian's on the outer side, the
             // circle's on the inner side.
             let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());

@@ -6,7 +6,7 @@ use super::frame::{angle_coordinate, length_2d, radial_direction};
 use super::quadratic::{
     Crossings, Quadratic, choose_reference_point, point_at_hit, uses_near_reference_point,
 };
-use super::spawn_offset::offset_ray_origins_for_curvature;
+use super::spawn_offset::offset_curved_origins;
 use super::{
     OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
     rounding_bound, sample::integrate_area,
@@ -125,7 +125,7 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
         let point = point_at_hit(prepared_ray, self.find_crossings(prepared_ray, true), hit);
         let surface_point =
             self.eval_surface_point(point, (prepared_ray.origin - point).abs().max_element());
-        offset_ray_origins_for_curvature::<R>(surface_point, transform_chain, || {
+        offset_curved_origins::<R>(surface_point, transform_chain, || {
             // The radius of curvature is least at the apex.
             let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
             [f64::INFINITY, radius * (radius / height) * 0.5]

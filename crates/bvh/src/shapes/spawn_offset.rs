@@ -112,23 +112,23 @@ impl<'a> SpawnOffset<'a> {
 /// ρ be the radius of the ball. After a move along the normal by r²/ρ, the origin lies in the ball
 /// if r is below ρ: (ρ − r²/ρ)² + r² < ρ². For a greater r no origin is safe.
 #[inline(always)]
-pub(super) fn offset_ray_origins_for_curvature<R: Real>(
+pub(super) fn offset_curved_origins<R: Real>(
     surface_point: SurfacePoint,
     transform_chain: OuterTransforms<'_>,
     balls: impl FnOnce() -> [f64; 2],
 ) -> SurfacePoint {
     match transform_chain {
         Some(transform_chain) => {
-            offset_base_points_for_curvature::<R>(&surface_point, transform_chain, balls())
+            offset_curved_base_points::<R>(&surface_point, transform_chain, balls())
         }
         None => surface_point,
     }
 }
 
 /// Moves the base points of rays along the normal by r²/ρ on each side, as
-/// [`offset_ray_origins_for_curvature`] describes.
+/// [`offset_curved_origins`] describes.
 #[inline(never)]
-fn offset_base_points_for_curvature<R: Real>(
+fn offset_curved_base_points<R: Real>(
     surface_point: &SurfacePoint,
     transform_chain: TransformChain<'_>,
     balls: [f64; 2],

@@ -2,7 +2,7 @@
 
 use super::prepared_ray::FAR_RATIO;
 use super::quadratic::{Crossings, call_cold, choose_reference_point};
-use super::spawn_offset::offset_ray_origins_for_curvature;
+use super::spawn_offset::offset_curved_origins;
 use super::{
     OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
     first_accepted_root, rounding_bound,
@@ -109,7 +109,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
             let surface_point =
                 self.eval_surface_point((l + prepared_ray.direction * (t - ahead)).normalize());
             // Mapped rays always take this branch, so no other branch needs the maps.
-            return offset_ray_origins_for_curvature::<R>(surface_point, transform_chain, || {
+            return offset_curved_origins::<R>(surface_point, transform_chain, || {
                 [f64::INFINITY, radius]
             });
         }

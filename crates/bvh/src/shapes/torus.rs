@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::frame::{angle_coordinate, eval_disk_support, radial_direction, split_along_axis};
 use super::quartic::Quartic;
-use super::spawn_offset::offset_ray_origins_for_curvature;
+use super::spawn_offset::offset_curved_origins;
 use super::{
     OuterTransforms, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, TextureCoordinates,
     rounding_bound,
@@ -189,7 +189,7 @@ impl<R: Real> Shape<R> for Torus<R> {
         );
         let (spoke, tube_offset) = tube(raw - centre);
         let minor = self.minor_radius.to_f64();
-        offset_ray_origins_for_curvature::<R>(
+        offset_curved_origins::<R>(
             self.eval_tube_point(spoke, tube_offset.normalize()),
             transform_chain,
             || [major - minor, minor],

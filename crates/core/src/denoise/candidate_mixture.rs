@@ -8,7 +8,7 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterato
 use rayon::slice::ParallelSliceMut;
 
 use super::candidate_shares::solve_candidate_shares;
-use super::pixel_statistics::{full_and_leave_one_out_colours, replicate_statistics};
+use super::pixel_statistics::{jackknife_colours, replicate_statistics};
 use super::{CANDIDATES, FourReplicates, PixelCandidates, REPLICATE_COUNT};
 
 /// Number of rows of pixels for which one task computes the shares.
@@ -50,7 +50,7 @@ fn apply_shares_to_pixel(
             .map(|(of, share)| f64::from(share) * f64::from(of[i]))
             .sum::<f64>()
     };
-    let [whole, base] = full_and_leave_one_out_colours(mean, pixel);
+    let [whole, base] = jackknife_colours(mean, pixel);
     let added: [f64; 3] = from_fn(|i| sum(&pixel.changes, i));
     let error: [f64; 3] =
         from_fn(|i| added[i] * added[i] + 2.0 * sum(&pixel.error_terms, i) + error[i]);

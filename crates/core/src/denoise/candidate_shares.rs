@@ -12,7 +12,7 @@ use core::ops::Range;
 
 use raywright_bvh::{SimdTask, run_widest};
 
-use super::pixel_statistics::{FLOOR, full_and_leave_one_out_colours, replicate_statistics};
+use super::pixel_statistics::{FLOOR, jackknife_colours, replicate_statistics};
 use super::{CANDIDATES, FourReplicates, PixelCandidates, REPLICATE_COUNT};
 
 /// Distance in pixels within which neighbours contribute to the shares of a pixel.
@@ -174,7 +174,7 @@ fn candidate_moments(
     pixel: &PixelCandidates,
 ) -> [f64; MOMENTS] {
     let [mean, variance, _] = replicate_statistics(radiance);
-    let [_, base] = full_and_leave_one_out_colours(mean, pixel);
+    let [_, base] = jackknife_colours(mean, pixel);
     let over = |value: [f64; 3]| -> f64 {
         (0..3)
             .map(|i| value[i] / (base[i].max(0.0) * base[i].max(0.0) + FLOOR + variance[i]))

@@ -12,10 +12,7 @@ const MAX_COLOUR_RATIO: f64 = 1.5;
 
 /// Returns two colours of a pixel: the filtered colour with all candidates applied in full, and the
 /// leave-one-out colour. Their ratio is limited by [`MAX_COLOUR_RATIO`].
-pub(super) fn full_and_leave_one_out_colours(
-    mean: [f64; 3],
-    pixel: &PixelCandidates,
-) -> [[f64; 3]; 2] {
+pub(super) fn jackknife_colours(mean: [f64; 3], pixel: &PixelCandidates) -> [[f64; 3]; 2] {
     let whole = from_fn(|i| {
         mean[i]
             + pixel

@@ -119,7 +119,7 @@ impl Film {
     /// Estimates the error of the picture so far; `None` without random sampling, or if a pixel has
     /// fewer than two replicates.
     pub fn estimate_uncertainty(&self) -> Option<Uncertainty> {
-        self.estimate_uncertainty_and_rarity(&self.replicate_stats())
+        self.estimate_with_rarity(&self.replicate_stats())
             .map(|(uncertainty, _)| uncertainty)
     }
 
@@ -128,18 +128,14 @@ impl Film {
     /// although the error of the noisy picture is known. All replicates count as independent here:
     /// those of one net differ more than independent ones, which matters little to a doubt.
     pub(crate) fn doubt_about_denoising(&self) -> Option<EstimateDoubt> {
-        let (uncertainty, is_rare) =
-            self.estimate_uncertainty_and_rarity(&self.stats_of_groups(1))?;
+        let (uncertainty, is_rare) = self.estimate_with_rarity(&self.stats_of_groups(1))?;
         uncertainty
             .doubt
             .or(is_rare.then_some(EstimateDoubt::FewPixels))
     }
 
     /// Estimates the error, and returns whether light is rare or the true colours are uncertain.
-    fn estimate_uncertainty_and_rarity(
-        &self,
-        planes: &ReplicateStats<'_>,
-    ) -> Option<(Uncertainty, bool)> {
+    fn estimate_with_rarity(&self, planes: &ReplicateStats<'_>) -> Option<(Uncertainty, bool)> {
         if !self.plan.random {
             return None;
         }

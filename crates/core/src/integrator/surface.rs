@@ -235,7 +235,7 @@ impl<R: Real> Interaction<R> {
             self.uv = [[parameters.u, parameters.v]; MOST_UV_SETS];
         }
         if let Some(mesh) = &record.mesh {
-            self.interpolate_coordinates_and_colours(scene, mesh, hit);
+            self.interpolate_attributes(scene, mesh, hit);
         }
         if segment.length_before >= R::ZERO
             && let Some(cone) = &scene.cone
@@ -246,7 +246,7 @@ impl<R: Real> Interaction<R> {
 
     /// Interpolates texture coordinates and colours of a mesh's vertices at a hit.
     #[inline(always)]
-    fn interpolate_coordinates_and_colours(
+    fn interpolate_attributes(
         &mut self,
         scene: &PreparedScene<R>,
         mesh: &ObjectMesh<R>,

@@ -161,7 +161,7 @@ impl<R: Real> Lights<R> {
 
     /// Restricts sky sampling to the excess of the sky over its uniform part: see
     /// [`SkySampler::into_bright_excess_sampler`].
-    pub fn restrict_sky_sampling_to_bright_excess(&mut self) {
+    pub fn sample_bright_excess(&mut self) {
         self.sky_sampler = self
             .sky_sampler
             .take()

@@ -223,7 +223,7 @@ pub(super) fn look_up_anisotropic_albedo(
 }
 
 /// Interpolates the hemispherical mean of the anisotropic albedo, for α along both axes.
-fn look_up_anisotropic_mean_albedo(table: &AlbedoTable, alpha: [f64; 2]) -> [f64; 2] {
+fn anisotropic_mean_albedo(table: &AlbedoTable, alpha: [f64; 2]) -> [f64; 2] {
     let [(i, u), (j, v)] =
         anisotropic_mean_coordinates(alpha).map(|x| table_position(x, ANISOTROPIC_MEAN_STEPS));
     let row = |i: usize| {
@@ -309,7 +309,7 @@ impl<N: Number> Albedo<N> {
             return own;
         };
         let other = Self::from_lanes(|lane| {
-            look_up_anisotropic_mean_albedo(&TABLE, ggx.alpha.map(|alpha| alpha.lane(lane)))
+            anisotropic_mean_albedo(&TABLE, ggx.alpha.map(|alpha| alpha.lane(lane)))
         });
         Self::select_lanes(*mask, other, own)
     }

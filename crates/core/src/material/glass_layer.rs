@@ -8,7 +8,7 @@ use super::fresnel::{self, FresnelRule, schlick_weight};
 use super::ggx::Ggx;
 use super::interface::SmoothInterface;
 use super::lobe_traits::{Directions, ScatteringLobe, normalize_if_drifted};
-use super::multiple_scattering::{MultipleScattering, hemispherical_mean_reflectance};
+use super::multiple_scattering::{MultipleScattering, mean_reflectance};
 use super::shading_frame::ShadingFrame;
 use super::thin_film::ThinFilm;
 use crate::number::{Mask, Number, Vector3};
@@ -113,7 +113,7 @@ pub struct TintedDielectric<N: Number> {
 impl<N: Number> TintedDielectric<N> {
     /// Returns two reflectances of a microfacet in a SIMD lane at a cosine of incidence: by channel
     /// with tint and film, then the Fresnel reflectance without tint and film.
-    fn tinted_and_fresnel_reflectance(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
+    fn tinted_fresnel_pair(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
         let (exact, beyond) = facet_fresnel(cosine, N::f64_lane(self.boundary.eta, lane));
         let own = cosine.clamp(0.0, 1.0);
         let cosines = (beyond > 0.0).then_some(if self.outside.lane(lane) {
@@ -143,7 +143,7 @@ impl<N: Number> TintedDielectric<N> {
             return (own, density);
         }
         let factor = <N::Vec3 as Vector3<N>>::from_lanes(|lane| {
-            let (found, exact) = self.tinted_and_fresnel_reflectance(lane, cosine.lane(lane));
+            let (found, exact) = self.tinted_fresnel_pair(lane, cosine.lane(lane));
             found.map(|found| of(found, exact))
         });
         (own * factor, density)
@@ -212,7 +212,7 @@ impl<N: Number> ScatteringLobe<N> for TintedDielectric<N> {
                 normal.lane(lane),
                 N::f64_lane(self.boundary.eta, lane),
             );
-            let (found, _) = self.tinted_and_fresnel_reflectance(lane, interface.cos_incident);
+            let (found, _) = self.tinted_fresnel_pair(lane, interface.cos_incident);
             // The greatest reflectance of the channels is the probability of reflection, so that no
             // weight exceeds one.
             let chance = found.max_element();
@@ -283,7 +283,7 @@ impl<N: Number> ThinDielectric<N> {
         anisotropic: Option<(N::Mask, Ggx<N>)>,
         seen: [N::Vec3; 2],
     ) -> MultipleScattering<N> {
-        let mean = hemispherical_mean_reflectance(|cosine| self.reflectance(cosine));
+        let mean = mean_reflectance(|cosine| self.reflectance(cosine));
         MultipleScattering::for_wall(
             roughness,
             anisotropic,

@@ -207,9 +207,7 @@ pub(super) fn clamped_inverse<N: Number>(of: N::Vec3) -> N::Vec3 {
 
 /// Returns the cosine-weighted hemispherical mean of a reflectance given as a function of the
 /// cosine.
-pub(super) fn hemispherical_mean_reflectance<N: Number>(
-    value_of: impl Fn(N) -> N::Vec3,
-) -> N::Vec3 {
+pub(super) fn mean_reflectance<N: Number>(value_of: impl Fn(N) -> N::Vec3) -> N::Vec3 {
     let channel = |k: fn(N::Vec3) -> N| cosine_weighted_mean(|cosine| k(value_of(cosine)));
     N::Vec3::new(channel(|v| v.x()), channel(|v| v.y()), channel(|v| v.z()))
 }

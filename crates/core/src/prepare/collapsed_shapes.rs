@@ -94,7 +94,7 @@ pub(crate) fn round_to_scalar<R: Real>(x: f64) -> f64 {
 /// Returns the translation of an object whose transform is only a translation. The shape of such an
 /// object is stored in translated coordinates. `None` for a rotated, scaled or moving object, whose
 /// shape is stored in its own coordinates.
-fn translation_if_only_translated(object: &Object) -> Option<DVec3> {
+fn pure_translation(object: &Object) -> Option<DVec3> {
     let map = affine_from_steps(&object.transform);
     (map.matrix3 == DMat3::IDENTITY && object_transforms_at_ends(object).is_none())
         .then_some(map.translation)
@@ -103,17 +103,14 @@ fn translation_if_only_translated(object: &Object) -> Option<DVec3> {
 /// Returns the problems of objects that collapse when stored: one for each listed object, and one
 /// for the first collapsing object of each generator. At most [`MAX_PROBLEMS`] problems.
 pub(crate) fn find_collapsed_objects<R: Real>(scene: &Scene) -> Vec<Problem> {
-    find_collapsed_objects_relative_to::<R>(
+    collapsed_relative_to::<R>(
         scene,
         StorageOrigin::from_scene::<R>(scene, &SceneLookup::new(scene)).origin,
     )
 }
 
 /// Returns the problems of [`find_collapsed_objects`] for coordinates relative to an origin.
-pub(super) fn find_collapsed_objects_relative_to<R: Real>(
-    scene: &Scene,
-    origin: DVec3,
-) -> Vec<Problem> {
+pub(super) fn collapsed_relative_to<R: Real>(scene: &Scene, origin: DVec3) -> Vec<Problem> {
     let objects = scene.objects.iter().enumerate();
     let listed = objects.filter_map(|(i, object)| {
         listed_object_problem::<R>(&format!("objects[{i}]"), object, origin)
@@ -127,7 +124,7 @@ pub(super) fn find_collapsed_objects_relative_to<R: Real>(
 
 /// Returns the problem of a listed object, if it collapses.
 fn listed_object_problem<R: Real>(path: &str, object: &Object, origin: DVec3) -> Option<Problem> {
-    let offset = translation_if_only_translated(object)
+    let offset = pure_translation(object)
         .map_or_else(|| -shape_origin(&object.shape), |offset| offset - origin);
     let loss = find_lost_extent(&object.shape, offset, round_to_scalar::<R>)?;
     let nearer = loss
@@ -153,7 +150,7 @@ fn generated_object_problem<R: Real>(
         object.shape,
         Shape::Box { .. } | Shape::Quad { .. } | Shape::Triangle { .. }
     );
-    let Some(own) = translation_if_only_translated(object).filter(|_| placed) else {
+    let Some(own) = pure_translation(object).filter(|_| placed) else {
         return listed_object_problem::<R>(path, object, origin);
     };
     let own = own - origin;

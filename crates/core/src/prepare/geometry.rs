@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use raywright_bvh::{AcceleratorKind, Geometry, Occlusion, Real, Side};
 
-use super::collapsed_shapes::find_collapsed_objects_relative_to;
+use super::collapsed_shapes::collapsed_relative_to;
 use super::error::{PrepareError, check_cancelled};
 use crate::generate::{PlacedObject, all_objects, objects_relative_to};
 use crate::lookup::SceneLookup;
@@ -162,7 +162,7 @@ pub(super) fn build_geometry_with_materials<R: Real>(
     (materials, geometry_needs): (&[u32], &[GeometryNeeds]),
     observer: &dyn Observer,
 ) -> Result<BuiltGeometry<R>, PrepareError> {
-    let problems = find_collapsed_objects_relative_to::<R>(scene, origin.origin);
+    let problems = collapsed_relative_to::<R>(scene, origin.origin);
     if !problems.is_empty() {
         return Err(PrepareError::Collapsed { problems });
     }

@@ -157,8 +157,7 @@ impl<'a, R: Real> InputCompiler<'a, R> {
             .then(|| self.find_or_build_mipmaps(image, texture.colour_space == ColourSpace::Srgb));
         let set = reference.uv_set as usize;
         let depends = pyramid.is_some() || coordinates.is_some();
-        let footprint_of =
-            (!depends).then(|| self.first_texture_use_with_footprint(image, &sampler, set));
+        let footprint_of = (!depends).then(|| self.first_footprint_use(image, &sampler, set));
         self.dependencies.expressions |= coordinates.is_some();
         self.dependencies.coordinates |= coordinates.is_none();
         self.texture_tables.textures.push(TextureBinding {
@@ -178,12 +177,7 @@ impl<'a, R: Real> InputCompiler<'a, R> {
     /// Returns the index of the first texture use that has the same footprint as a new texture use.
     /// Only the last 16 texture uses are searched, because a material's textures are added in
     /// sequence. Without a match, the index of the new use itself is returned.
-    fn first_texture_use_with_footprint(
-        &self,
-        image: u32,
-        sampler: &TextureSampler<R>,
-        set: usize,
-    ) -> u32 {
+    fn first_footprint_use(&self, image: u32, sampler: &TextureSampler<R>, set: usize) -> u32 {
         const LAST: usize = 16;
         let InputTables {
             textures, images, ..

@@ -80,7 +80,7 @@ fn prepare_delta_lights<R: Real>(context: &PrepareContext<'_>) -> Vec<DeltaLight
 pub(super) fn build_sky_sampler<R: Real>(lights: &mut Lights<R>, settings: &Settings) {
     lights.build_sky_sampler();
     if settings.light_sampling == LightSampling::Both {
-        lights.restrict_sky_sampling_to_bright_excess();
+        lights.sample_bright_excess();
     }
 }
 

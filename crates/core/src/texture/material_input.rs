@@ -101,7 +101,7 @@ impl<R: Real> TextureBinding<R> {
     #[inline(always)]
     fn sample(&self, context: &ShadingContext<'_, R>) -> [R; 4] {
         let Some(place) = self.texel_footprint(context) else {
-            return self.sample_without_cached_footprint(context);
+            return self.sample_uncached(context);
         };
         self.sampler.sample_at_footprint(
             &context.texture_tables.images[self.image as usize],
@@ -112,7 +112,7 @@ impl<R: Real> TextureBinding<R> {
 
     /// Returns the filtered texel of a texture with expressions or mipmaps.
     #[inline(never)]
-    fn sample_without_cached_footprint(&self, context: &ShadingContext<'_, R>) -> [R; 4] {
+    fn sample_uncached(&self, context: &ShadingContext<'_, R>) -> [R; 4] {
         let coordinates = match &self.coordinates {
             Some(own) => own.map(|input| input.eval_coordinate(context)),
             None => context

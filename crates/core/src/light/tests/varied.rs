@@ -103,7 +103,7 @@ fn halves(above: f32, below: f32) -> Lights<f64> {
     let mut lights = under(SkyRadiance {
         kind: sky::SkyKind::Map(sky::EquirectMap::new(image, 0.0, 1.0)),
     });
-    lights.restrict_sky_sampling_to_bright_excess();
+    lights.sample_bright_excess();
     lights
 }
 

@@ -4,9 +4,9 @@ use super::super::geometry::tests::glowing;
 use super::*;
 use crate::scene::{GeneratorKind, TransformStep, Triple};
 
-/// [`find_collapsed_objects_relative_to`] with the origin zero.
+/// [`collapsed_relative_to`] with the origin zero.
 fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
-    find_collapsed_objects_relative_to::<R>(scene, DVec3::ZERO)
+    collapsed_relative_to::<R>(scene, DVec3::ZERO)
 }
 
 const HERE: Triple = [0.0; 3];

@@ -130,7 +130,7 @@ pub(super) fn prepare_physical<R: Real>(
     let base_image = inputs.compile_image(&m.base_colour_texture, "base_colour_texture")?;
     let base = inputs.compile_product(&m.base_colour, base_image, "base_colour")?;
     let opacity = prepare_opacity(m, base_image, inputs)?;
-    let [roughness, metallic] = prepare_roughness_and_metallic(m, inputs)?;
+    let [roughness, metallic] = prepare_roughness(m, inputs)?;
     let emission = prepare_optional(m.active_emission(), |emission| {
         inputs.compile_factor(emission, &m.emission_texture, "emission")
     })?;
@@ -213,7 +213,7 @@ fn prepare_opacity<R: Real>(
 
 /// Prepares the roughness and the metallic share of a physical material, which are the green and
 /// the blue channel of one image.
-fn prepare_roughness_and_metallic<R: Real>(
+fn prepare_roughness<R: Real>(
     m: &PhysicalData,
     inputs: &mut InputCompiler<'_, R>,
 ) -> Result<[InputProduct<R>; 2], PrepareError> {
