@@ -21,7 +21,7 @@
 //! | step | result |
 //! |---|---|
 //! | [`load`](prelude::load) | a [`Scene`](prelude::Scene): plain data, checked, with its images and meshes in memory. A model without lights stands in a studio |
-//! | [`Settings::from_scene`](prelude::Settings::from_scene) | size, samples, integrator and so on as in the scene, to be changed field by field |
+//! | [`Settings::from_scene`](prelude::Settings::from_scene) | `size`, `sampling` (the samples of a pixel), `integrator` and so on as in the scene, to be changed field by field |
 //! | [`prepare`](fn@prelude::prepare) | a [`ReadyScene`](prelude::ReadyScene): the tree, tables and textures for these settings. A scene without camera is framed |
 //! | [`ReadyScene::render`](prelude::ReadyScene::render) | a [`RenderOutput`](prelude::RenderOutput): picture, error, counts. Any number of threads gives the same bits |
 //! | [`write_picture`](prelude::write_picture) | a PNG to look at or an EXR to compute with |

@@ -242,6 +242,11 @@ impl Settings {
     /// Value of `max_depth` for paths without a limit, which only Russian roulette ends.
     pub const UNLIMITED: u32 = u32::MAX;
 
+    /// Returns the number of samples per pixel, which `sampling` sets.
+    pub fn samples(&self) -> u32 {
+        self.sampling.samples_per_pixel()
+    }
+
     /// Returns the radiance that is assumed behind a studio's ground in a picture with coverage. It
     /// is 1, like a white page, or the clamp if the clamp is lower.
     pub(crate) fn radiance_behind_ground(&self) -> f64 {

@@ -1,5 +1,6 @@
 //! Problems in a text, rendered with file, line, column, the source line and a caret.
 
+use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -29,7 +30,7 @@ pub struct Diagnostic {
 
 /// All problems in the text of a native scene file, ordered by position. They form the error
 /// message of a scene that cannot be parsed or is invalid.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 pub struct Diagnostics {
     /// Name of the file, as given by the user.
     pub file: String,
@@ -39,6 +40,16 @@ pub struct Diagnostics {
     pub problems: Vec<Diagnostic>,
     /// Kind of the failure, which callers map to an exit code.
     pub kind: ErrorKind,
+}
+
+/// Leaves out the text, which may be a large file.
+impl fmt::Debug for Diagnostics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Diagnostics")
+            .field("file", &self.file)
+            .field("problems", &self.problems)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Diagnostics {
@@ -177,6 +188,25 @@ impl TextPosition {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Protects: the debug form of an error, which `unwrap` prints, names the file and the problem
+    /// without the text of the file.
+    #[test]
+    fn debug_form_leaves_out_the_text() {
+        let problem = Diagnostic {
+            message: "wrong".into(),
+            span: None,
+            label: String::new(),
+            hint: None,
+        };
+        let error = Diagnostics::new("a.json", "the whole scene", vec![problem]);
+        let shown = format!("{error:?}");
+        assert!(
+            shown.contains("a.json") && shown.contains("wrong"),
+            "{shown}"
+        );
+        assert!(!shown.contains("the whole scene"), "{shown}");
+    }
 
     fn shown(text: &str, span: Range<usize>) -> String {
         let problem = Diagnostic {

@@ -119,10 +119,10 @@ impl FilmPlan {
             } else {
                 settings.tile_size.max(1)
             },
-            samples: settings.sampling.samples_per_pixel(),
+            samples: settings.samples(),
             asked: requested,
             replicates: choose_replicate_count(
-                settings.sampling.samples_per_pixel(),
+                settings.samples(),
                 requested,
                 settings.sampling.is_fixed(),
             ),

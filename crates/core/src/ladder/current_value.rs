@@ -38,7 +38,7 @@ impl Ladder {
             Self::Roulette => RungValue::Roulette(settings.roulette),
             Self::Clamp => RungValue::Clamp(settings.clamp),
             Self::PixelFilter => RungValue::PixelFilter(settings.filter),
-            Self::Samples => RungValue::Samples(settings.sampling.samples_per_pixel()),
+            Self::Samples => RungValue::Samples(settings.samples()),
             Self::Sampler => RungValue::Sampler(settings.sampler),
             Self::Reconstruction => RungValue::Denoised(settings.denoise),
             Self::Output => RungValue::Output(settings.output),
