@@ -10,7 +10,7 @@ use super::entries::MaterialEntry as Source;
 use super::extensions;
 use super::material_table::MaterialProperty::{Checked, Color, ColorAlpha, Map, NormalMap, Number};
 use super::material_table::{CORE, GLOSSY, MATERIAL_OBJECTS, MaterialObject, TextureRole, UNLIT};
-use crate::import::{FaultPlace, ImportResult, format_number, sanitise_text};
+use crate::import::{FaultPlace, ImportResult, format_count, format_number, sanitise_text};
 
 /// Largest scale of a normal map, which is the factor on its x and y. At larger scales the normals
 /// would not change any more: the original normal no longer contributes.
@@ -100,13 +100,6 @@ impl GltfImport<'_> {
     /// Converts a material with its layers to a physical material. `label` names the material in
     /// messages.
     fn convert_physical(&mut self, source: &Source, label: &str) -> ImportResult<Physical> {
-        if source.has_occlusion_map {
-            warn!(
-                self.warnings,
-                Conversion,
-                "{label}: the occlusion map is ignored, because occlusion is computed by ray tracing"
-            );
-        }
         // Without KHR_materials_volume, a transmissive surface is a thin wall, which does not
         // refract.
         let mut out = Physical {
@@ -196,6 +189,21 @@ impl GltfImport<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Warns once about the occlusion maps of all converted materials.
+    pub(super) fn warn_occlusion_maps(&mut self) {
+        let used = self.materials.keys().flatten();
+        let sources = used.filter_map(|&index| self.document.materials.get(index));
+        let count = sources.filter(|source| source.has_occlusion_map).count();
+        if count > 0 {
+            warn!(
+                self.warnings,
+                Conversion,
+                "the occlusion maps of {} are ignored, because occlusion is computed by ray tracing",
+                format_count(count, "material")
+            );
+        }
     }
 
     /// Returns the alpha mode of a material. An unknown mode counts as opaque, with a warning.
