@@ -46,26 +46,16 @@ impl EmbeddedCommand {
     ///
     /// A usage failure. Its message contains no usage line.
     pub fn new(command: &str, words: Vec<OsString>) -> Result<Self, Failure> {
-        // Placeholder names of the inputs, which the command requires.
-        let names: &[&str] = if command == "compare" {
-            &["a", "b"]
-        } else {
-            &["scene"]
-        };
-        let all = ["raywright", command]
-            .into_iter()
-            .chain(names.iter().copied())
-            .map(OsString::from)
-            .chain(words.iter().cloned());
-        let arguments = Arguments::try_parse_from(all.collect::<Vec<_>>()).map_err(|error| {
-            let Failure { exit, message } = usage_failure(&error);
-            let ends = ["\n\nUsage:", "\n\nFor more information"]
-                .map(|end| message.find(end).unwrap_or(message.len()));
-            Failure {
-                exit,
-                message: message[..ends[0].min(ends[1])].to_owned(),
-            }
-        })?;
+        let arguments =
+            Arguments::try_parse_from(add_input_names(command, &words)).map_err(|error| {
+                let Failure { exit, message } = usage_failure(&error);
+                let ends = ["\n\nUsage:", "\n\nFor more information"]
+                    .map(|end| message.find(end).unwrap_or(message.len()));
+                Failure {
+                    exit,
+                    message: message[..ends[0].min(ends[1])].to_owned(),
+                }
+            })?;
         let command = arguments
             .command
             .ok_or_else(|| Failure::new(Exit::Usage, "no command"))?;
@@ -97,11 +87,11 @@ impl EmbeddedCommand {
     /// [`EmbeddedCommand::load_options`].
     pub fn render_picture(
         &self,
-        loaded: LoadedScene,
+        mut loaded: LoadedScene,
         observer: &dyn Observer,
     ) -> Result<FinishedPicture, Failure> {
         let command = self.equivalent_command_line("render", &loaded);
-        picture::render_to_memory(loaded, &self.resolve_render_task()?, command, observer)
+        picture::render_to_memory(&mut loaded, &self.resolve_render_task()?, command, observer)
     }
 
     /// Resolves the flags of `render` to the work of a run.
@@ -123,7 +113,9 @@ impl EmbeddedCommand {
             Command::Explain(args) => explain::run_embedded(args, loaded, observer),
             Command::Accuracy(args) => {
                 let command = self.equivalent_command_line("accuracy", &loaded);
-                accuracy::run_embedded(args, loaded, command, observer)
+                let flags =
+                    accuracy::format_measurement_flags(add_input_names("accuracy", &self.words));
+                accuracy::run_embedded(args, loaded, (command, &flags), observer)
             }
             _ => Err(wrong_command_failure("a report (`explain` or `accuracy`)")),
         }
@@ -148,6 +140,16 @@ impl EmbeddedCommand {
         let first = [OsString::from(command), OsString::from(&loaded.source.name)];
         origin::format_command(&[&first, self.words.as_slice()].concat())
     }
+}
+
+/// Returns the command line of a command, with placeholder names of the inputs that it requires.
+fn add_input_names(command: &str, words: &[OsString]) -> Vec<OsString> {
+    let names: &[&str] = match command {
+        "compare" => &["raywright", command, "a", "b"],
+        _ => &["raywright", command, "scene"],
+    };
+    let names = names.iter().map(OsString::from);
+    names.chain(words.iter().cloned()).collect()
 }
 
 fn wrong_command_failure(label: &str) -> Failure {

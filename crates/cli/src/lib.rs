@@ -22,14 +22,12 @@ pub mod args;
 pub mod embedded;
 pub mod failure;
 
-mod clock;
 mod command_words;
 mod commands;
 mod console;
 mod early_stage;
 mod interrupt;
 mod machine;
-mod memory;
 mod notes;
 mod observer;
 mod origin;
@@ -41,7 +39,6 @@ mod scene_input;
 mod session;
 mod stats;
 mod suggest;
-mod synonyms;
 mod table;
 mod targets;
 mod threads;
@@ -123,8 +120,16 @@ fn run(words: Vec<OsString>) -> Result<(), Failure> {
 /// Converts clap's error for a malformed command line to a failure, with advice on flags of other
 /// programs.
 fn usage_failure(error: &clap::Error) -> Failure {
-    let message =
-        synonyms::explain_foreign_flag(error).unwrap_or_else(|| error.render().to_string());
+    // A misspelled flag is not meant as a value.
+    let is_apt = |part: &&str| !part.starts_with("  tip: to pass '");
+    let own = || {
+        let text = error.render().to_string();
+        text.split("\n\n")
+            .filter(is_apt)
+            .collect::<Vec<_>>()
+            .join("\n\n")
+    };
+    let message = suggest::explain_foreign_name(error).unwrap_or_else(own);
     Failure {
         exit: Exit::Usage,
         message,

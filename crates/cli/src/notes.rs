@@ -87,6 +87,12 @@ impl Notes {
         self.queue_message(MessagePriority::Warning(Severity::LeftOut), message.into());
     }
 
+    /// Adds a warning about a whole picture: it is empty, black, white or not converged. It comes
+    /// before warnings about parts of a picture.
+    pub fn add_picture_warning(&mut self, message: impl Into<String>) {
+        self.queue_message(MessagePriority::Warning(Severity::Empty), message.into());
+    }
+
     /// Adds advice for a better picture.
     pub fn add_hint(&mut self, message: impl Into<String>) {
         self.queue_message(MessagePriority::Hint, message.into());
@@ -220,10 +226,7 @@ mod tests {
         notes.add_hint("try this");
         notes.add_warning("c is missing");
         notes.add_warning("a is missing");
-        notes.queue_message(
-            MessagePriority::Warning(Severity::Empty),
-            "nothing to see".into(),
-        );
+        notes.add_picture_warning("nothing to see");
         assert_eq!(
             notes.format_message_lines(),
             ["warning: nothing to see (further messages: 4; -v lists them)"]

@@ -15,11 +15,21 @@ use raywright_io::output::PictureMetadata;
 use raywright_io::report::format_significant_digits;
 use raywright_io::{EnvironmentSource, LoadOptions, LoadedScene};
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::plan::{PicturePlan, RungChoices};
 
 /// Name and version of the program.
 pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));
+
+/// Returns metadata that state the program and its command alone.
+pub fn program_metadata() -> PictureMetadata {
+    PictureMetadata {
+        software: SOFTWARE.to_owned(),
+        command: command_line(),
+        ..PictureMetadata::default()
+    }
+}
 
 /// Returns the metadata of a picture's file, without its error.
 pub fn picture_metadata(
@@ -28,13 +38,11 @@ pub fn picture_metadata(
     choices: &RungChoices,
 ) -> PictureMetadata {
     PictureMetadata {
-        software: SOFTWARE.to_owned(),
         scene_hash: loaded.hash.to_string(),
         settings: format_settings(&plan.settings, plan.display)
             + &choices.format_choices(RUNG_PREFIX, WITHOUT_PREFIX).concat(),
         seed: Some(plan.settings.seed),
-        command: command_line(),
-        error: String::new(),
+        ..program_metadata()
     }
 }
 
@@ -226,7 +234,8 @@ fn format_settings(settings: &Settings, display: Display) -> String {
 /// Returns the name of an enum variant in scene files.
 pub fn variant_name<T: Serialize>(variant: &T) -> String {
     match serde_json::to_value(variant) {
-        Ok(serde_json::Value::String(name)) => name,
+        Ok(Value::String(name)) => name,
+        Ok(Value::Object(fields)) => fields.into_iter().map(|(name, _)| name).take(1).collect(),
         _ => String::new(),
     }
 }

@@ -149,66 +149,48 @@ impl ProgressDisplay {
 
     /// Updates the bar. Returns the line to print, if lines are shown and the next is due.
     fn report(&self, label: &str, work: WorkProgress) -> Option<String> {
+        let is_shown = self.show(work, || work.format_time_left());
+        (is_shown && work.done < work.total).then(|| work.format_line(label))
+    }
+
+    /// Moves the bar, with a message beside it. Returns whether a line is due in place of a bar.
+    fn show(&self, work: WorkProgress, message: impl FnOnce() -> String) -> bool {
         match self {
-            Self::Nothing => None,
+            Self::Nothing => false,
             Self::Bar(bar) => {
                 bar.set_length(work.total);
                 bar.set_position(work.done);
-                bar.set_message(work.format_time_left());
-                None
+                bar.set_message(message());
+                false
             }
-            Self::Lines(pace) => {
-                // If another thread holds the lock, that thread reports, and this report is
-                // skipped.
-                let due = pace
-                    .try_lock()
-                    .is_ok_and(|mut pace| pace.is_due(work.elapsed));
-                (due && work.done < work.total).then(|| work.format_line(label))
-            }
+            // If another thread holds the lock, that thread reports, and this report is skipped.
+            Self::Lines(pace) => pace
+                .try_lock()
+                .is_ok_and(|mut pace| pace.is_due(work.elapsed)),
         }
     }
 }
 
-/// Progress display of a measurement in several named steps: on a terminal a bar that disappears at
-/// the end, elsewhere occasional lines.
+/// Progress of a measurement whose steps have names.
 #[derive(Debug)]
-pub struct StepProgress {
-    start: Instant,
-    bar: ProgressBar,
-    pace: Option<LineSchedule>,
-}
+pub struct StepProgress(Progress);
 
 impl StepProgress {
-    /// Starts the display before the first step.
+    /// Starts the display; quiet runs have none.
     pub fn start(verbosity: Verbosity) -> Self {
-        let quiet = verbosity == Verbosity::Quiet;
-        let bar = if quiet {
-            ProgressBar::hidden()
-        } else {
-            ProgressBar::new(1000)
-        };
-        if let Ok(template) =
-            Template::with_template("measuring {wide_bar} {percent:>3} %  {msg:40}")
-        {
-            bar.set_style(template);
-        }
-        let pace = (!quiet && !io::stderr().is_terminal()).then(LineSchedule::new);
-        Self {
-            start: Instant::now(),
-            bar,
-            pace,
-        }
+        Self(Progress::start("measuring", ProgressStyle::Auto, verbosity))
     }
 
-    /// Shows the name of the current step and the finished share of the measurement, 0 to 1.
+    /// Shows the name of a step, and the finished share of all steps from 0 to 1.
     pub fn show_step(&mut self, label: &str, share: f64) {
-        self.bar.set_position((1000.0 * share) as u64);
-        self.bar.set_message(console::mask_to_one_line(label));
-        if self
-            .pace
-            .as_mut()
-            .is_some_and(|pace| pace.is_due(self.start.elapsed()))
-        {
+        let work = WorkProgress {
+            elapsed: self.0.start.elapsed(),
+            reports: 0,
+            done: (share * SHARE_UNITS) as u64,
+            total: SHARE_UNITS as u64,
+        };
+        let label = console::mask_to_one_line(label);
+        if self.0.display.show(work, || label.clone()) {
             console::print_message(format_args!("measuring: {:.0} %, {label}", 100.0 * share));
         }
     }
@@ -216,15 +198,14 @@ impl StepProgress {
 
 impl Drop for StepProgress {
     fn drop(&mut self) {
-        self.bar.finish_and_clear();
+        self.0.finish();
     }
 }
 
 fn create_bar(label: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-    if let Ok(template) = Template::with_template(&format!(
-        "{label} {{wide_bar}} {{percent:>3}} %  {{msg:12}}"
-    )) {
+    let template = format!("{label} {{wide_bar}} {{percent:>3}} %  {{msg:12}}");
+    if let Ok(template) = Template::with_template(&template) {
         bar.set_style(template);
     }
     bar

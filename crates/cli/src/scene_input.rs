@@ -87,23 +87,19 @@ fn select_default_preset(carried: &[&str]) -> Result<String, Error> {
     }))
 }
 
-/// Adds a note that lists what the scene lacks (light, camera, up axis) and what the program uses
-/// instead.
+/// Records the parts that a scene lacks and the program added: light, camera, up direction. That the
+/// default studio lights a model without lights is no news.
 pub fn note_added_parts(loaded: &LoadedScene, notes: &mut Notes) {
-    let light = loaded
-        .added_sky
-        .map(|shortage| match (loaded.source.format, shortage) {
-            (SceneFormat::Native(_), _) => "the scene has no light: a neutral grey sky is added",
-            (_, LightShortage::NoLight) => "the model has no lights: the default studio lights it",
-            (_, LightShortage::TooDim) => {
-                "the model's own lights are too dim: the default studio lights it"
-            }
-        });
-    let camera = match light {
-        _ if !loaded.scene.cameras.is_empty() => None,
-        Some(_) => Some("the file has no camera: the whole scene is shown"),
-        None => Some("the scene has no camera: the whole scene is shown"),
+    let light = match (&loaded.source.format, loaded.added_sky) {
+        (_, None) => None,
+        (SceneFormat::Native(_), _) => Some("the scene has no light: a neutral grey sky is added"),
+        (_, Some(LightShortage::NoLight)) => None,
+        (_, Some(LightShortage::TooDim)) => {
+            Some("the model's own lights are too dim: the default studio lights it")
+        }
     };
+    let camera = "the file has no camera: the whole scene is shown";
+    let camera = loaded.scene.cameras.is_empty().then_some(camera);
     let up = loaded.assumed_up.map(|up| {
         format!(
             "STL files state no up axis: {} is assumed; --up y makes y the up axis",

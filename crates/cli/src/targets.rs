@@ -4,9 +4,11 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use raywright_io::output::{OutputPath, PictureFormat, is_own_picture};
+use raywright_io::masking::mask_to_one_line;
+use raywright_io::output::{self, OutputPath, PictureFormat, is_own_picture};
 use raywright_io::{Error, ErrorKind, InputFiles, OverwrittenInput};
 
+use crate::args::values::join_alternatives;
 use crate::failure::{Exit, Failure};
 
 /// Destination of a picture.
@@ -179,17 +181,45 @@ impl OutputFiles {
         self.all.iter().any(|output| output.path.exists())
     }
 
-    /// Whether a file name chosen by the program differs from all outputs and inputs of the run. A
-    /// path where no file can be created passes; the later write reports the error.
-    pub fn is_free_path(&self, path: &Path, inputs: &InputFiles) -> bool {
-        match OutputPath::resolve(path) {
-            Ok(place) => {
-                inputs.find_overwritten_input(&place).is_none()
-                    && self.find_output(&place, place.file_fingerprint()).is_none()
-            }
-            Err(_) => true,
+    /// Returns the paths that are neither an output nor an input of the run.
+    pub fn beside<'a>(&'a self, inputs: &'a InputFiles) -> FreePaths<'a> {
+        FreePaths {
+            outputs: self,
+            inputs,
         }
     }
+}
+
+/// Paths that the program may choose itself for a file: no output and no input of the run.
+#[derive(Clone, Copy)]
+pub struct FreePaths<'a> {
+    outputs: &'a OutputFiles,
+    pub inputs: &'a InputFiles,
+}
+
+impl FreePaths<'_> {
+    /// Whether a path is free. A path where no file can be created passes; the later write reports
+    /// the error.
+    pub fn has(self, path: &Path) -> bool {
+        OutputPath::resolve(path).map_or(true, |place| {
+            let is_output = self.outputs.find_output(&place, place.file_fingerprint());
+            is_output.is_none() && self.inputs.find_overwritten_input(&place).is_none()
+        })
+    }
+
+    /// Writes the file of an interrupted run beside its path, under a new name that replaces no
+    /// file. Returns the new name.
+    pub fn write_partial_file(self, path: &Path, bytes: &[u8]) -> Result<String, Error> {
+        let partial = output::partial_picture_path(path);
+        let is_free = |other: &Path| self.has(other);
+        let name = output::write_new_file(&partial, bytes, is_free)?;
+        Ok(printable_path(&name))
+    }
+}
+
+/// Formats a path for a message of a single line, without control characters.
+pub fn printable_path(path: &Path) -> String {
+    mask_to_one_line(&path.display().to_string())
 }
 
 /// Resolves the names of `-o` to outputs, and adds them to the output files. Each has a known
@@ -229,17 +259,12 @@ pub fn select_by_extension<T: Copy>(path: &Path, kinds: &[(&str, T)]) -> Result<
         return Ok(*kind);
     }
     let names: Vec<String> = kinds.iter().map(|(name, _)| format!(".{name}")).collect();
-    let (others, last) = names.split_at(names.len().saturating_sub(1));
     Err(Failure::usage(
         format_args!(
             "{}: the extension of this name is no known output format",
             path.display()
         ),
-        format_args!(
-            "use a name that ends in {} or {}",
-            others.join(", "),
-            last.concat()
-        ),
+        format_args!("use a name that ends in {}", join_alternatives(&names)),
     ))
 }
 
@@ -329,7 +354,7 @@ mod tests {
         let mut outputs = OutputFiles::default();
         resolve_picture_targets(&[at("a.png")], &mut outputs).expect("a name that is free");
         let free = ["a.png", "wood.png", "./wood.png", "b.png"]
-            .map(|name| outputs.is_free_path(&at(name), &inputs));
+            .map(|name| outputs.beside(&inputs).has(&at(name)));
         assert_eq!(free, [false, false, false, true]);
         outputs.check_against_inputs(&inputs).expect("another file");
         outputs

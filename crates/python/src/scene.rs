@@ -136,7 +136,7 @@ pub fn compare<'py>(
     let compared = work::run_work(py, None, None, move |_| {
         let [(name, picture), (other, reference)] = sides;
         let judged = |side: Option<ComparisonPicture>, name: &PathBuf| {
-            side.map_or_else(|| ComparisonPicture::read_with_standard_errors(name), Ok)
+            side.map_or_else(|| ComparisonPicture::read(name), Ok)
         };
         let pair = [judged(picture, &name)?, judged(reference, &other)?];
         request.comparison_json([name, other], &pair)

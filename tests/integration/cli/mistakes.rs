@@ -19,6 +19,26 @@ fn wrong_use_is_explained() {
             "error: unrecognized subcommand 'rendr'\n\n  tip: a similar subcommand exists: 'render'\n\nUsage: raywright [OPTIONS] [COMMAND]\n       raywright [OPTIONS] FILE...\n\nFor more information, try '--help'.",
         ),
         (
+            &["serve"],
+            "error: there is no command `serve`\nhelp: use `raywright view FILE` to look at a scene in the browser",
+        ),
+        (
+            &["render", "--orbit"],
+            "error: there is no flag `--orbit`\nhelp: use --turntable N for N pictures from a full circle around the model",
+        ),
+        (
+            &["render", "--xyzzy"],
+            "error: unexpected argument '--xyzzy' found\n\nUsage: raywright render [OPTIONS] [SCENE]...\n\nFor more information, try '--help'.",
+        ),
+        (
+            &["render", "--seed", "-1"],
+            "error: invalid value '-1' for '--seed <N>': expected a whole number of at least 0, such as 7\n\nFor more information, try '--help'.",
+        ),
+        (
+            &["render", "--size", "1080p"],
+            "error: invalid value '1080p' for '--size <WxH>': expected WIDTHxHEIGHT in pixels: 1080p is 1920x1080\n\nFor more information, try '--help'.",
+        ),
+        (
             &["render", "--siez", "1x1"],
             "error: unexpected argument '--siez' found\n\n  tip: a similar argument exists: '--size'\n\nUsage: raywright render --size <WxH> [SCENE]...\n\nFor more information, try '--help'.",
         ),

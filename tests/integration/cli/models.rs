@@ -339,7 +339,7 @@ fn nothing_to_be_seen_is_told() {
     let there = render("a.obj", "0.2,0.2,0").exits_with(0).stderr.clone();
     assert!(
         !there.contains("no camera ray")
-            && there.contains("the model has no lights: the default studio lights it"),
+            && there.contains("the file has no camera: the whole scene is shown"),
         "{there}"
     );
     std::fs::remove_file(sandbox.path("a.png")).expect("a picture");

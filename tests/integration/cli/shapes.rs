@@ -36,7 +36,7 @@ fn clay_is_neutral() {
     sandbox
         .run(&["render", "b.obj", "--material", "wood"])
         .exits_with(2)
-        .prints_like("expected clay");
+        .prints_like("expected `clay`");
 }
 
 /// Protects: edges are dark only on the first surface, also with clay and denoised; a film with

@@ -4,41 +4,29 @@ pub mod names;
 pub mod values;
 
 mod accuracy;
-mod bench;
-mod compare;
-mod denoise;
-mod merge;
-mod pictures;
+mod commands;
 mod render;
-mod run;
 mod scene;
-mod stability;
 mod stress;
-mod thumbs;
-mod viewer;
 
 pub use accuracy::AccuracyArgs;
-pub use bench::BenchArgs;
-pub use compare::CompareArgs;
-pub use denoise::DenoiseArgs;
-pub use merge::MergeArgs;
-pub use pictures::{
-    BackgroundChoice, ExposureChoice, FrameTimes, MOST_SAMPLES, NamedViews, PictureShare,
-    TevAddress,
+pub use commands::{
+    BenchArgs, CompareArgs, DenoiseArgs, MergeArgs, StabilityArgs, ThresholdArgs, ThumbsArgs,
+    ViewerArgs,
 };
-pub use render::{DisplayArgs, LightArgs, Precision, RenderArgs, ViewArgs};
-pub use run::{Accelerator, FilmArgs, ProgressStyle, ReportArgs};
+pub use render::{
+    Accelerator, BackgroundChoice, DisplayArgs, ExposureChoice, FilmArgs, FrameTimes, LightArgs,
+    MOST_SAMPLES, NamedViews, PictureShare, Precision, ProgressStyle, RenderArgs, ReportArgs,
+    TevAddress, ViewArgs,
+};
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
-pub use stability::StabilityArgs;
 pub use stress::{DeniedSeverity, StressArgs};
-pub use thumbs::ThumbsArgs;
-pub use viewer::ViewerArgs;
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
-use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{Arg, ArgAction, ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 
 use crate::console::{ColorChoice, Verbosity};
@@ -130,6 +118,40 @@ impl Arguments {
     }
 }
 
+/// A flag: its long name, and its value if the flag takes one.
+pub type Flag = (String, Option<String>);
+
+/// Lists the flags of `render` that a command line of any command gives, by their long names.
+pub fn list_render_flags(words: Vec<OsString>) -> Vec<Flag> {
+    let matches = Arguments::command().try_get_matches_from(words).ok();
+    let typed = matches.as_ref().and_then(ArgMatches::subcommand);
+    // A command that has parsed nothing lacks the flags of every command.
+    let program = Arguments::command();
+    let (Some((_, typed)), Some(render)) = (typed, program.find_subcommand("render")) else {
+        return Vec::new();
+    };
+    let mut flags = Vec::new();
+    for arg in render.get_arguments() {
+        let (id, Some(name)) = (arg.get_id().as_str(), arg.get_long()) else {
+            continue;
+        };
+        if typed.try_contains_id(id).is_err()
+            || typed.value_source(id) != Some(ValueSource::CommandLine)
+        {
+            continue;
+        }
+        if matches!(arg.get_action(), ArgAction::SetTrue) {
+            flags.push((name.to_owned(), None));
+            continue;
+        }
+        for values in typed.get_raw_occurrences(id).into_iter().flatten() {
+            let values: Vec<_> = values.map(OsStr::to_string_lossy).collect();
+            flags.push((name.to_owned(), Some(values.join(","))));
+        }
+    }
+    flags
+}
+
 /// Hides the flags with these ids, which the command does not take.
 fn hide_flags(arg: Arg, refused: &[&str]) -> Arg {
     let is_refused = refused.contains(&arg.get_id().as_str());
@@ -153,7 +175,7 @@ pub enum Command {
     /// Render scenes to pictures; files without a command are rendered too
     Render(Box<RenderArgs>),
     /// Show a scene in the browser while it renders, and move the camera there
-    #[command(mut_args = viewer::hide_refused)]
+    #[command(mut_args = commands::hide_render_flags)]
     View(Box<ViewerArgs>),
     /// Make a picture of parts that were rendered separately
     Merge(MergeArgs),
@@ -171,7 +193,7 @@ pub enum Command {
     Accuracy(AccuracyArgs),
     /// Measure the time per ray of a linear scan and of a tree, and the growth of both times with
     /// the size of the scene
-    #[command(mut_args = bench::hide_refused)]
+    #[command(mut_args = commands::hide_light_flags)]
     Bench(BenchArgs),
     /// Measure errors of hard numerical cases on this machine, and compare with the bounds
     Stability(StabilityArgs),

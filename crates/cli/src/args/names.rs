@@ -12,17 +12,14 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 pub fn variant_parser<T: DeserializeOwned + Clone + Send + Sync + 'static>()
 -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(variant_names::<T>())
-        .try_map(|name| parse_variant::<T>(&name).map_err(|RefusedVariant(_)| UnknownName(name)))
+        .try_map(|name| parse_variant::<T>(&name).map_err(|_| name))
 }
 
 /// Returns a clap parser for the names of layers of an EXR picture.
 pub fn aov_parser() -> impl TypedValueParser<Value = Aov> {
     let find = |name: String| {
-        Aov::ALL
-            .iter()
-            .find(|(known, _)| *known == name)
-            .map(|&(_, aov)| aov)
-            .ok_or(UnknownName(name))
+        let found = Aov::ALL.into_iter().find(|(known, _)| *known == name);
+        found.map(|(_, aov)| aov).ok_or(name)
     };
     PossibleValuesParser::new(Aov::ALL.map(|(name, _)| name)).try_map(find)
 }
@@ -47,19 +44,6 @@ impl serde::de::Error for RefusedVariant {
         Self(expected)
     }
 }
-
-/// Error for a name that clap lists as a value but the enum does not have. The field holds the
-/// name.
-#[derive(Debug)]
-struct UnknownName(String);
-
-impl fmt::Display for UnknownName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "`{}` is not known", self.0)
-    }
-}
-
-impl std::error::Error for UnknownName {}
 
 /// Parses a variant of `T` by its serde name.
 pub(crate) fn parse_variant<T: DeserializeOwned>(name: &str) -> Result<T, RefusedVariant> {

@@ -1,20 +1,17 @@
-//! Arguments of `render`.
+//! Arguments of `render`: the picture, the machine, long renders and reports.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{ArgAction, Args, ValueEnum};
 use raywright_core::Settings;
+use raywright_core::bvh::{AcceleratorKind, BuildQuality};
 use raywright_core::framing::ViewAngles;
 use raywright_core::scene::{AspectFit, Integrator, ToneMap, TransferCurve};
 use raywright_core::settings::{Aov, Crop, PrecisionChoice};
 
-use super::DEFAULT_PRESET;
-use super::names;
-use super::pictures::{BackgroundChoice, ExposureChoice, FrameTimes, NamedViews};
-use super::run::{FilmArgs, MachineArgs, ReportArgs};
-use super::scene::{ChoiceArgs, SceneArgs};
-use super::values;
+use super::{ChoiceArgs, DEFAULT_PRESET, SceneArgs, names, values};
 
 fn format_examples() -> String {
     format!(
@@ -137,6 +134,11 @@ pub struct ViewArgs {
         conflicts_with_all = ["camera", "eye", "target", "frames"])]
     pub turntable: Option<u32>,
 
+    /// Pictures per second of a .gif or .apng file [default: those of --frames; a turn of --turntable
+    /// takes 4 seconds; otherwise 1]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::parse_frame_rate)]
+    pub fps: Option<f64>,
+
     /// One picture for each time from A up to, but not at, B seconds, at FPS pictures per second,
     /// such as 0..2:25 for 50 pictures; all:25 is a model's whole animation. Each picture equals the
     /// picture of --at with the same time
@@ -223,17 +225,17 @@ pub struct LightArgs {
 
     /// Largest number of ray segments in a light path, 1 to 64, or unlimited, where Russian
     /// roulette alone ends paths; 1 is the camera ray alone [default: the scene's; models 8]
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = parse_max_depth)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::parse_max_depth)]
     pub max_depth: Option<u32>,
 
     /// Largest radiance of a sample; brighter samples are dimmed to X. Fireflies become fewer, but
     /// light is lost, and the picture is biased [default: no limit]
-    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = parse_radiance_limit)]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::parse_radiance_limit)]
     pub clamp: Option<f64>,
 
     /// Seed of the random numbers: the same seed gives the same picture, bit for bit [default: the
     /// scene's; for models 0]
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::parse_seed)]
     pub seed: Option<u64>,
 
     /// Arithmetic of rays and surfaces [default: robust]
@@ -282,29 +284,188 @@ pub struct DisplayArgs {
     pub quality: Option<u8>,
 }
 
-/// Parses the largest number of ray segments in a path, or `unlimited`.
-fn parse_max_depth(text: &str) -> Result<u32, String> {
-    if text == "unlimited" {
-        return Ok(Settings::UNLIMITED);
-    }
-    let maximum = Settings::MOST_SEGMENTS;
-    let number: u32 = text
-        .parse()
-        .map_err(|_| format!("expected a whole number from 1 to {maximum}, or `unlimited`"))?;
-    if (1..=maximum).contains(&number) {
-        Ok(number)
-    } else {
-        Err(format!(
-            "{number} is not from 1 to {maximum}; for no limit, write `unlimited`"
-        ))
+/// Threads, memory and accelerator.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Machine")]
+pub struct MachineArgs {
+    /// Number of threads, at most one for each processor; the picture does not depend on the number
+    /// [default: one for each processor]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+
+    /// Limit on memory, in bytes or with K, M or G, such as 2G; work that needs more is refused
+    /// [default: 8G]
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
+    pub max_memory: Option<u64>,
+
+    /// Acceleration structure; the picture does not depend on the structure [default: bvh]
+    #[arg(long, value_name = "NAME", value_enum)]
+    pub accel: Option<Accelerator>,
+}
+
+/// Time limit of a render, checkpoints, and shares of a picture.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Long renders")]
+pub struct FilmArgs {
+    /// Render as many samples as the time allows, counted from the program's start, such as 10s or
+    /// 5min: at least one pass over the picture, at most --spp. Exit code 5 if the time is over
+    /// before the render can begin [default: no limit; with it, up to 65536 samples]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = values::parse_duration)]
+    pub budget: Option<Duration>,
+
+    /// Keep the unfinished picture in this file, every minute and at the end, for --resume
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+
+    /// Continue from this film file with the same scene and flags; --spp may be larger. The picture
+    /// has the same bits as a single run
+    #[arg(long, value_name = "FILE")]
+    pub resume: Option<PathBuf>,
+
+    /// Render as many samples in each tile as this film file has, with the same scene and flags
+    /// except --budget. The picture has the same bits as the render that --budget ended and
+    /// --checkpoint kept in the file
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "resume", "part"])]
+    pub replay: Option<PathBuf>,
+
+    /// Render only the Kth of N shares of the picture into the file of --checkpoint; `raywright
+    /// merge` makes one picture of all shares
+    #[arg(long, value_name = "K/N", allow_hyphen_values = true, value_parser = values::parse_share)]
+    pub part: Option<PictureShare>,
+}
+
+/// Acceleration structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Accelerator {
+    /// Bounding volume hierarchy
+    Bvh,
+    /// Linear scan of all objects, for comparison
+    Linear,
+}
+
+impl From<Accelerator> for AcceleratorKind {
+    fn from(accelerator: Accelerator) -> Self {
+        match accelerator {
+            Accelerator::Bvh => Self::Tree(BuildQuality::default()),
+            Accelerator::Linear => Self::Linear,
+        }
     }
 }
 
-/// Parses the limit of `--clamp`, a finite radiance above zero.
-fn parse_radiance_limit(text: &str) -> Result<f64, String> {
-    let number = text
-        .parse()
-        .ok()
-        .filter(|x: &f64| *x > 0.0 && x.is_finite());
-    number.ok_or_else(|| "expected a radiance above zero, such as 10".to_owned())
+/// Reports besides the picture.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Report")]
+pub struct ReportArgs {
+    /// Write times, ray counts, effects and memory to this JSON file
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+
+    /// Print the SHA-256 hash of each picture's linear pixels, and its file name, on standard
+    /// output
+    #[arg(long, conflicts_with = "part")]
+    pub hash: bool,
+
+    /// Write the unfinished picture to this file at each doubling of the samples, for an image
+    /// viewer. The file is complete at any time, and at the end holds the finished picture
+    #[arg(long, value_name = "FILE.png")]
+    pub preview: Option<PathBuf>,
+
+    /// Show the picture in tev, an image viewer, at each doubling of the samples, with its layers,
+    /// the denoised picture where requested, and standard errors [default host and port:
+    /// 127.0.0.1:14158]
+    #[arg(long, value_name = "tev[:HOST:PORT]", value_parser = values::parse_tev_address)]
+    pub display: Option<TevAddress>,
+
+    /// Progress on standard error: a bar on a terminal and lines elsewhere (auto), lines (plain),
+    /// JSON with samples, error and seconds left in each line (json), or none
+    #[arg(long, value_name = "STYLE", value_enum, default_value_t)]
+    pub progress: ProgressStyle,
+}
+
+/// Style of progress on standard error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ProgressStyle {
+    /// A bar where standard error is a terminal, lines elsewhere
+    #[default]
+    Auto,
+    /// Occasional lines
+    Plain,
+    /// JSON, one object a line
+    Json,
+    /// Nothing
+    None,
+}
+
+/// Largest number of samples per pixel.
+pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
+
+/// Exposure, the scale of radiance before display, from `--exposure`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ExposureChoice {
+    /// A number of stops: 1 doubles the radiance.
+    Stops(f64),
+    /// Automatic: a whole number of stops, chosen from the rendered picture.
+    Auto,
+}
+
+/// Value of pixels whose rays hit nothing, from `--background`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BackgroundChoice {
+    /// The radiance of the sky, or of a studio's backdrop.
+    Environment,
+    /// None: the pixels keep their coverage as alpha.
+    Transparent,
+    /// A colour, given by sRGB-encoded red, green and blue, each from 0 to 1: its 8-bit code
+    /// divided by 255.
+    Colour([f64; 3]),
+}
+
+/// Views of `--views` with their names, in the order of the flag.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedViews(pub Vec<(String, ViewAngles)>);
+
+/// Times of the pictures of `--frames`, in seconds: from `from` up to, but not at, `to`. An
+/// infinite `to` stands for the end of the animation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameTimes {
+    /// First time, in seconds.
+    pub from: f64,
+    /// End of the times in seconds; no picture has this time itself.
+    pub to: f64,
+    /// Pictures per second.
+    pub rate: f64,
+}
+
+impl FrameTimes {
+    /// Largest number of times, and therefore of pictures, that `--frames` may request.
+    pub const MOST_TIMES: f64 = 1e5;
+
+    /// Returns the times of all pictures in seconds, in ascending order; at least one time.
+    pub fn picture_times(self) -> impl Iterator<Item = f64> {
+        let count = ((self.to - self.from) * self.rate - 1e-9).ceil().max(1.0) as u32;
+        (0..count).map(move |i| self.from + f64::from(i) / self.rate)
+    }
+}
+
+/// Network address of tev, an image viewer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TevAddress {
+    /// Host name or IP address.
+    pub host: String,
+    /// TCP port.
+    pub port: u16,
+}
+
+impl TevAddress {
+    /// Default TCP port of tev.
+    pub const PORT: u16 = 14158;
+}
+
+/// A share of a picture, from `--part K/N`: the samples that one of several runs renders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PictureShare {
+    /// Number of this share of the picture, counted from one.
+    pub number: u32,
+    /// Number of shares of the picture.
+    pub of: u32,
 }

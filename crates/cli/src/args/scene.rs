@@ -52,7 +52,7 @@ pub struct SceneArgs {
     /// file after its up axis is turned to y. x=30% is measured in percent of the box around the
     /// model. Closed meshes get a cap of their own material, grey where images colour that
     /// material; shapes that are no meshes stay whole
-    #[arg(long, value_name = "AXIS=VALUE", value_parser = values::parse_section, allow_hyphen_values = true)]
+    #[arg(long, value_name = "AXIS=VALUE", value_parser = <SectionPlane as std::str::FromStr>::from_str, allow_hyphen_values = true)]
     pub section: Option<SectionPlane>,
 
     /// Environment in place of the scene's own: none, default (the neutral grey sky of scenes

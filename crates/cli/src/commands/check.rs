@@ -36,21 +36,6 @@ struct CheckedFile {
     warnings: Vec<Warning>,
 }
 
-impl CheckedFile {
-    /// Creates the entry of a file that cannot be rendered.
-    fn from_failure(file: String, failure: &Failure) -> Self {
-        let message = failure.message.trim_end();
-        let error = message.strip_prefix("error: ").unwrap_or(message);
-        Self {
-            file,
-            ok: false,
-            code: failure.exit as u8,
-            error: Some(error.to_owned()),
-            warnings: Vec::new(),
-        }
-    }
-}
-
 /// Runs `check`: loads and validates each file. The exit code is the code of the first file with a
 /// problem.
 pub fn run(mut session: Session, args: &CheckArgs) -> Result<(), Failure> {
@@ -66,14 +51,10 @@ pub fn run(mut session: Session, args: &CheckArgs) -> Result<(), Failure> {
         let loaded = session
             .load(name, &options)
             .and_then(refuse_collapsed_shapes);
-        let (checked, failure) =
-            check_load_result(name.to_string_lossy().into_owned(), loaded, args);
+        let (checked, failure) = check_load_result(&name.to_string_lossy(), loaded, args);
         if !args.json {
-            print_result(
-                &checked,
-                failure.as_ref().filter(|_| args.scenes.len() > 1),
-                session.verbosity,
-            )?;
+            let printed = failure.as_ref().filter(|_| args.scenes.len() > 1);
+            print_result(&checked, printed, session.verbosity)?;
         }
         first = first.or(failure);
         report.files.push(checked);
@@ -111,30 +92,33 @@ fn refuse_collapsed_shapes(loaded: LoadedScene) -> Result<LoadedScene, Failure> 
 /// Converts the result of loading a file to its entry in the report, and to the failure with which
 /// a check of this file alone ends.
 fn check_load_result(
-    file: String,
+    name: &str,
     loaded: Result<LoadedScene, Failure>,
     args: &CheckArgs,
 ) -> (CheckedFile, Option<Failure>) {
-    let loaded = match loaded {
-        Ok(loaded) => loaded,
-        Err(failure) => return (CheckedFile::from_failure(file, &failure), Some(failure)),
+    let (file, warnings, error, failure) = match loaded {
+        Ok(loaded) => {
+            let (warnings, name) = (list_warnings(&loaded), loaded.source.name);
+            let failure = deny_warnings(&name, &warnings, args);
+            (name, warnings, None, failure)
+        }
+        Err(failure) => {
+            let message = failure.message.trim_end();
+            let error = message
+                .strip_prefix("error: ")
+                .unwrap_or(message)
+                .to_owned();
+            (name.to_owned(), Vec::new(), Some(error), Some(failure))
+        }
     };
-    let warnings = list_warnings(&loaded);
-    let name = loaded.source.name;
-    let failure = args
-        .deny_warnings
-        .then(|| deny_warnings(&name, &warnings, args))
-        .flatten();
-    (
-        CheckedFile {
-            file: name,
-            ok: failure.is_none(),
-            code: failure.as_ref().map_or(Exit::Done, |failure| failure.exit) as u8,
-            error: None,
-            warnings,
-        },
-        failure,
-    )
+    let checked = CheckedFile {
+        file,
+        ok: failure.is_none(),
+        code: failure.as_ref().map_or(Exit::Done, |failure| failure.exit) as u8,
+        error,
+        warnings,
+    };
+    (checked, failure)
 }
 
 /// Returns the warnings about a scene, the most severe first, among them the warning about a scene
@@ -165,7 +149,7 @@ fn deny_warnings(name: &str, warnings: &[Warning], args: &CheckArgs) -> Option<F
             warning.severity() > Severity::Note && !args.allow.contains(&warning.code)
         })
         .count();
-    (denied > 0).then(|| {
+    (args.deny_warnings && denied > 0).then(|| {
         let found = format_count(denied, "warning");
         Failure::new(
             Exit::Input,

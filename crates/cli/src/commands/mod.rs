@@ -5,14 +5,10 @@ pub mod accuracy;
 mod bench;
 mod check;
 pub mod compare;
-mod completions;
-mod denoise;
+mod documentation;
 pub mod explain;
-mod film_outputs;
+mod films;
 mod info;
-mod man;
-mod merge;
-mod presets;
 pub mod render;
 mod stability;
 mod stress;
@@ -36,8 +32,8 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
             render::run(session, &RenderTask::new(*args)?)
         }
         Command::View(args) => view::run(open(args.render.machine.threads)?, *args),
-        Command::Merge(args) => merge::run(open(None)?, &args),
-        Command::Denoise(args) => denoise::run(open(args.threads)?, &args),
+        Command::Merge(args) => films::run_merge(open(None)?, &args),
+        Command::Denoise(args) => films::run_denoise(open(args.threads)?, &args),
         Command::Explain(args) => explain::run(open(None)?, &args),
         Command::Compare(args) => compare::run(open(None)?, &args),
         Command::Info(args) => info::run(open(None)?, &args),
@@ -50,9 +46,9 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
             stress::run(&args, verbosity)
         }
         Command::Thumbs(args) => thumbs::run(open(None)?, &args),
-        Command::Presets(args) => presets::run(&args),
+        Command::Presets(args) => documentation::print_presets(&args),
         Command::Schema => console::print(raywright_core::scene::SCHEMA),
-        Command::Completions(args) => completions::run(&args),
-        Command::Man(args) => man::run(&args),
+        Command::Completions(args) => documentation::print_completions(&args),
+        Command::Man(args) => documentation::print_manual(&args),
     }
 }

@@ -6,21 +6,21 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-use raywright_core::display::Display;
-use raywright_core::framing::{FIELD_OF_VIEW, Silhouette};
-use raywright_core::{Settings, denoise};
-use raywright_io::output::{PictureMetadata, is_own_picture, write_atomically, write_png};
+use raywright_core::Settings;
+use raywright_core::framing::Silhouette;
+use raywright_io::output::{is_own_picture, write_atomically};
 use raywright_io::{
     Error, Input, InputFiles, LoadOptions, LoadedScene, SceneFormat, is_scene_or_model, load,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::args::{ExposureChoice, ThumbsArgs};
+use crate::args::ThumbsArgs;
+use crate::commands::render::picture::render_to_memory;
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::preparation::prepare_loaded;
+use crate::plan::RenderTask;
 use crate::session::Session;
-use crate::{origin, plan, scene_input};
+use crate::{origin, scene_input};
 
 /// Version of the layout of [`ThumbnailIndex`].
 const FORMAT: u32 = 1;
@@ -219,12 +219,12 @@ fn update_thumbnail(
         return Err(Failure::new(Exit::File, message));
     }
     index.thumbnails.remove(&name);
-    let loaded =
+    let mut loaded =
         load(&Input::Path(model.to_owned()), &LoadOptions::default()).map_err(Failure::from)?;
     if let Some(failure) = scene_input::empty_scene_failure(&loaded) {
         return Err(failure);
     }
-    render_thumbnail(&loaded, args.size, &picture, session)?;
+    render_thumbnail(&mut loaded, args.size, &picture, session)?;
     index.thumbnails.insert(
         name,
         ThumbnailInputs::from_inputs(&loaded.inputs, args.size),
@@ -240,61 +240,29 @@ fn thumbnail_path(output: &Path, below: &Path) -> PathBuf {
     output.join(below.with_file_name(name))
 }
 
-/// Renders a whole model from its front, or a scene file from its own camera, and writes the
-/// picture.
+/// Renders the thumbnail of a scene as a quick preview and writes it. A model is shown from its
+/// default view, whatever cameras it has. The exposure is automatic, because no user chooses it for
+/// each model.
 fn render_thumbnail(
-    loaded: &LoadedScene,
+    loaded: &mut LoadedScene,
     size: u32,
     picture: &Path,
     session: &mut Session,
 ) -> Result<(), Failure> {
-    let own_settings = Settings::from_scene(&loaded.scene);
-    let sampling = plan::quick_preview_sampling(own_settings.sampling);
     let is_model = !matches!(loaded.source.format, SceneFormat::Native(_));
-    let camera = is_model.then(|| {
-        let silhouette = Silhouette::from_scene(&loaded.scene);
-        silhouette.frame_camera(silhouette.default_view(), FIELD_OF_VIEW, 1.0)
-    });
-    let settings = Settings {
-        size: [size; 2],
-        sampling,
-        denoise: denoise::is_denoisable_sampling(sampling),
-        camera: camera.or(own_settings.camera.clone()),
-        ..own_settings
-    };
+    let view = is_model.then(|| Silhouette::from_scene(&loaded.scene).default_view());
+    let task = RenderTask::thumbnail(loaded.source.name.clone().into(), size, view)?;
     let watch = session.start_work();
-    // The exposure is automatic, because no user chooses it for each model.
-    let mut display = Display::from_render(&loaded.scene.render);
-    let requested = (display, Some(ExposureChoice::Auto));
-    let rendered = session.run(|| {
-        let mut ready = prepare_loaded(loaded, &settings, &watch)?;
-        let chosen = plan::choose_exposure(loaded, &ready, requested, &watch);
-        ready.set_backdrop_exposure(chosen.lights);
-        display.exposure_stops = chosen.display.unwrap_or(display.exposure_stops);
-        Ok::<_, Failure>(ready.render(&watch))
-    })?;
-    if !rendered.finished {
-        return Err(Failure::new(Exit::Interrupted, "interrupted"));
+    let render = || render_to_memory(loaded, &task, origin::command_line(), &watch);
+    let finished = session.run(render)?;
+    let settings = Settings::from_scene(&loaded.scene);
+    let reason = scene_input::describe_empty_picture(loaded, &finished.rendered, &settings);
+    if let Some(reason) = reason {
+        let name = &loaded.source.name;
+        return Err(scene_input::empty_picture_failure(name, reason));
     }
-    if let Some(reason) = scene_input::describe_empty_picture(loaded, &rendered, &settings) {
-        return Err(scene_input::empty_picture_failure(
-            &loaded.source.name,
-            reason,
-        ));
-    }
-    let metadata = PictureMetadata {
-        software: origin::SOFTWARE.to_owned(),
-        command: origin::command_line(),
-        scene_hash: loaded.hash.to_string(),
-        ..PictureMetadata::default()
-    };
     create_parent_folder(picture)?;
-    Ok(write_png(
-        picture,
-        rendered.final_picture(),
-        display,
-        &metadata,
-    )?)
+    finished.save(picture)
 }
 
 /// Creates the folder that contains a file, with all its parent folders.

@@ -47,9 +47,7 @@ pub fn choose_exposure(
         exposure_stops: lights.unwrap_or(display.exposure_stops),
         ..display
     };
-    let unclipped = exposed
-        .find_unclipped_exposure_of_colours(&colours)
-        .filter(|_| is_auto);
+    let unclipped = exposed.unclipped_exposure_of(&colours).filter(|_| is_auto);
     ChosenExposure {
         display: unclipped
             .or(lights)

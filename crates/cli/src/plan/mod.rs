@@ -3,34 +3,32 @@
 //! outside the picture, are found here too, before anything is rendered.
 
 mod display;
-mod loading;
-mod rungs;
 mod settings;
-mod shots;
 mod view;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use raywright_core::framing::ViewAngles;
 use raywright_core::settings::Aov;
-use raywright_io::LoadOptions;
 use raywright_io::output::AnimationFormat;
+use raywright_io::{
+    EnvironmentOptions, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions,
+    ParameterOverrides,
+};
 
-use crate::args::values::UpDirection;
+use crate::args::values::{BackdropChoice, MaterialChoice, UpDirection};
 use crate::args::{
-    Accelerator, BackgroundChoice, DisplayArgs, LightArgs, PictureShare, ProgressStyle, RenderArgs,
-    TevAddress, ViewArgs,
+    Accelerator, BackgroundChoice, DisplayArgs, ExposureChoice, FrameTimes, LightArgs,
+    PictureShare, ProgressStyle, RenderArgs, SceneArgs, TevAddress, ViewArgs,
 };
 use crate::failure::Failure;
+use crate::progress::Progress;
 use crate::scene_input;
-pub use display::{
-    ChosenExposure, apply_display_and_exposure, apply_display_flags, choose_exposure,
-};
-pub use loading::{build_limits, build_load_options};
-pub use rungs::RungChoices;
-pub use settings::{PicturePlan, quick_preview_sampling};
-pub use shots::Shot;
+pub use display::{ChosenExposure, apply_display_and_exposure, choose_exposure};
+pub use settings::{PicturePlan, RungChoices};
+pub use view::PictureJob;
 
 /// Work of a `render` run, resolved from its arguments.
 #[derive(Debug)]
@@ -41,8 +39,8 @@ pub struct RenderTask {
     pub options: LoadOptions,
     /// Chosen rungs (quality levels of settings) and switched-off effects.
     pub choices: RungChoices,
-    /// Pictures to render of each scene, at least one.
-    pub shots: Vec<Shot>,
+    /// Pictures of the run, ordered by scene, and within a scene by view, angle or time.
+    pub jobs: Vec<PictureJob>,
     /// Whether the run renders a single picture, without a sheet or an animation.
     pub is_single: bool,
     /// Whether a picture that shows no object is allowed.
@@ -148,20 +146,24 @@ impl RenderTask {
         let options = build_load_options(&changes, machine.max_memory);
         view.frames = view
             .frames
-            .map(|frames| loading::with_animation_length(frames, &scenes, &options))
+            .map(|frames| with_animation_length(frames, &scenes, &options))
             .transpose()?;
-        let shots = shots::list_shots(&view);
-        let is_usual = shots.iter().all(|shot| shot.label.is_empty());
+        let jobs = view::list_jobs(&view);
+        let is_usual = jobs.iter().all(|job| job.label.is_empty());
+        let jobs_of = |scene| {
+            let jobs = jobs.iter().cloned();
+            jobs.map(move |job| PictureJob { scene, ..job })
+        };
         let is_animation = |path: &PathBuf| AnimationFormat::from_path(path).is_some();
         let task = Self {
             is_single: is_usual
                 && scenes.len() <= 1
                 && sheet.is_none()
                 && !outputs.iter().any(is_animation),
+            jobs: (0..scenes.len()).flat_map(jobs_of).collect(),
             scenes,
             options,
             choices: RungChoices::from(&choices),
-            shots,
             allows_empty: allow_empty,
             layers: aov,
             max_error: light.max_error,
@@ -169,7 +171,7 @@ impl RenderTask {
             files: OutputRequest {
                 pictures: outputs,
                 sheet,
-                frame_rate: shots::frame_rate(&view),
+                frame_rate: view::frame_rate(&view),
                 quality: display.quality,
                 has_metadata: !no_metadata,
                 stats: report.stats,
@@ -202,6 +204,38 @@ impl RenderTask {
     /// `--part` selects, may show no object.
     pub fn refuses_empty_pictures(&self) -> bool {
         !self.allows_empty && self.overrides.view.crop.is_none() && self.film.part.is_none()
+    }
+
+    /// Creates the task of a thumbnail: a square quick preview with automatic exposure, of a view or
+    /// of the scene's own camera.
+    pub fn thumbnail(
+        scene: OsString,
+        edge: u32,
+        view: Option<ViewAngles>,
+    ) -> Result<Self, Failure> {
+        Self::new(RenderArgs {
+            scenes: vec![scene],
+            allow_empty: true,
+            view: ViewArgs {
+                size: Some([edge; 2]),
+                view,
+                ..ViewArgs::default()
+            },
+            light: LightArgs {
+                quick: true,
+                ..LightArgs::default()
+            },
+            display: DisplayArgs {
+                exposure: Some(ExposureChoice::Auto),
+                ..DisplayArgs::default()
+            },
+            ..RenderArgs::default()
+        })
+    }
+
+    /// Returns the number of pictures of each scene.
+    pub fn pictures_per_scene(&self) -> usize {
+        self.jobs.len() / self.scenes.len()
     }
 
     /// Whether `--background transparent` requests coverage in place of a background.
@@ -259,6 +293,109 @@ fn with_up_direction(view: ViewArgs, up: Option<UpDirection>) -> Result<ViewArgs
         up: Some(direction),
         ..view
     })
+}
+
+/// Returns the load limits with a memory limit in bytes; `None`: the default limit.
+pub fn build_limits(memory: Option<u64>) -> Limits {
+    let own = Limits::default();
+    Limits {
+        memory_bytes: memory.unwrap_or(own.memory_bytes),
+        ..own
+    }
+}
+
+/// Resolves the arguments that change a scene to load options.
+pub fn build_load_options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
+    LoadOptions {
+        overrides: ParameterOverrides {
+            time: changes.at,
+            set: changes.set.clone(),
+        },
+        model: ModelOptions {
+            scene: changes.model_scene.clone(),
+            variant: changes.variant.clone(),
+            animation: changes.animation.clone().filter(|name| name != "all"),
+            up: match changes.up {
+                Some(UpDirection::Axis(axis)) => Some(axis),
+                Some(UpDirection::Direction(_)) | None => None,
+            },
+        },
+        environment: EnvironmentOptions {
+            source: if changes.studio {
+                Some(EnvironmentSource::Studio)
+            } else {
+                changes.env.clone()
+            },
+            ground: changes.ground,
+            backdrop: changes.backdrop.and_then(BackdropChoice::radiance),
+            rotation: changes.env_rotation,
+            strength: changes.env_strength,
+        },
+        clay: changes.material == Some(MaterialChoice::Clay),
+        section: changes.section,
+        allow_outside: changes.allow_outside,
+        limits: build_limits(memory),
+    }
+}
+
+/// Replaces the end of `--frames all` by the length in seconds of the animation.
+pub fn with_animation_length(
+    frames: FrameTimes,
+    scenes: &[OsString],
+    options: &LoadOptions,
+) -> Result<FrameTimes, Failure> {
+    if frames.to < f64::INFINITY {
+        return Ok(frames);
+    }
+    Ok(FrameTimes {
+        to: read_animation_length(scenes, options, frames.rate)?,
+        ..frames
+    })
+}
+
+/// Returns the length in seconds of the single scene's animation, for `--frames all`.
+fn read_animation_length(
+    scenes: &[OsString],
+    options: &LoadOptions,
+    rate: f64,
+) -> Result<f64, Failure> {
+    let [name] = scenes else {
+        return Err(Error::invalid_usage(
+            "--frames all needs a single model, and several are named; give each model a run of its own",
+        )
+        .into());
+    };
+    let refusal = |reason: String| {
+        Error::invalid_usage(format_args!("{}: {reason}", name.display()))
+            .with_hint("give start and end in seconds, and the pictures per second: --frames 0..2:25 is the time from 0 s to 2 s at 25 pictures per second")
+    };
+    if name == "-" {
+        return Err(refusal(
+            "standard input can be read only once, and --frames all reads the length of the animation first".to_owned(),
+        )
+        .into());
+    }
+    let loaded = scene_input::load_with_progress(
+        &scene_input::resolve_input(name, &options.limits)?,
+        options,
+        &Progress::hidden(),
+    )?;
+    match loaded
+        .contents
+        .animation_seconds(options.model.animation.as_deref())
+        .filter(|seconds| *seconds > 0.0)
+    {
+        None => Err(refusal(
+            "--frames all needs an animation longer than 0 s, and the model has none".to_owned(),
+        )
+        .into()),
+        Some(seconds) if seconds * rate > FrameTimes::MOST_TIMES => Err(refusal(format!(
+            "{} pictures are too many; the largest number is 100000",
+            seconds * rate
+        ))
+        .into()),
+        Some(seconds) => Ok(seconds),
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
-//! Camera of a picture: the scene's camera or a camera that frames the scene, with the changes of
-//! the flags.
+//! Pictures of a run, by view, by angle of a turntable or by time of the animation, and the camera of
+//! each: the scene's camera or a camera that frames the scene, with the changes of the flags.
 
 use glam::DVec3;
-use raywright_core::framing::{FIELD_OF_VIEW, ViewAngles};
+use raywright_core::framing::{FIELD_OF_VIEW, Silhouette, ViewAngles};
 use raywright_core::scene::{AspectFit, Camera, Pinhole, Pose, Projection, Scene, Triple};
 use raywright_io::Error;
 
@@ -33,7 +33,7 @@ pub fn resolve_camera(
         (None, None) => return Ok(None),
     };
     if args.eye.is_some() || args.target.is_some() || args.up.is_some() {
-        camera.pose = apply_pose_flags(&camera.pose, args)?;
+        camera.pose = apply_pose_flags(&camera.pose, is_own, args)?;
         // A pose given by flags does not move during the exposure time.
         camera.pose_end = None;
     }
@@ -90,12 +90,14 @@ fn find_camera(scene: &Scene, name: &str) -> Result<Camera, Failure> {
     .into())
 }
 
-/// Returns the pose with the eye, target and up vector of the flags. A camera given by its axes
-/// keeps its orientation if only its eye is moved.
-fn apply_pose_flags(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
+/// Applies eye, target and up vector of the flags to a pose. A camera of the file that is only moved
+/// keeps its directions, and a look-at of the file its up vector. Every other camera stands upright,
+/// whatever its roll: that of a top view, for example. If the camera looks straight up or down, the
+/// up vector of the pose is used.
+fn apply_pose_flags(pose: &Pose, is_own: bool, args: &ViewArgs) -> Result<Pose, Failure> {
     let (eye, target, up) = match *pose {
         Pose::LookAt { eye, target, up } => (eye, target, up),
-        Pose::Orbit { target, .. } => (pose.eye().into(), target, [0.0, 1.0, 0.0]),
+        Pose::Orbit { target, .. } => (pose.eye().into(), target, UPRIGHT),
         Pose::Axes {
             right, up, back, ..
         } if args.target.is_none() && args.up.is_none() => {
@@ -108,26 +110,19 @@ fn apply_pose_flags(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
         }
         Pose::Axes { eye, up, back, .. } => {
             let eye = args.eye.unwrap_or(eye);
-            let target = args
-                .target
-                .unwrap_or((DVec3::from(eye) - DVec3::from(back)).into());
-            // A camera turned to a target stands upright, whatever its roll in the file. If the
-            // camera looks straight up or down, the up vector of the file is used.
-            let upright = (DVec3::from(target) - DVec3::from(eye))
-                .normalize_or_zero()
-                .cross(DVec3::Y)
-                .length()
-                > 1e-6;
-            (eye, target, if upright { [0.0, 1.0, 0.0] } else { up })
+            (eye, (DVec3::from(eye) - DVec3::from(back)).into(), up)
         }
     };
-    let (eye, target, up) = (
-        args.eye.unwrap_or(eye),
-        args.target.unwrap_or(target),
-        args.up.unwrap_or(up),
-    );
+    let (eye, target) = (args.eye.unwrap_or(eye), args.target.unwrap_or(target));
+    let ahead = (DVec3::from(target) - DVec3::from(eye)).normalize_or_zero();
+    let is_vertical = ahead.cross(UPRIGHT.into()).length() <= 1e-6;
+    let keeps_up = is_vertical || is_own && matches!(pose, Pose::LookAt { .. });
+    let up = args.up.unwrap_or(if keeps_up { up } else { UPRIGHT });
     check_pose(eye, target, up)
 }
+
+/// Up vector of an upright camera.
+const UPRIGHT: Triple = [0.0, 1.0, 0.0];
 
 fn check_pose(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> {
     let view = DVec3::from(target) - DVec3::from(eye);
@@ -222,5 +217,200 @@ fn keep_vertical_fov(camera: &mut Camera, file: [u32; 2], requested: Option<[u32
     }
 }
 
+/// A picture of a scene: its view, its time and its labels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PictureJob {
+    /// Index of its scene in the run.
+    pub scene: usize,
+    /// Suffix of the default file name; empty: none.
+    pub label: String,
+    /// Caption on a contact sheet.
+    pub caption: String,
+    /// Time in the animation in seconds; `None`: the time of `--at`.
+    pub at: Option<f64>,
+    /// View of the whole scene; `None`: the scene's own camera.
+    pub view: Option<ViewAngles>,
+    /// Rotation of a turntable in degrees, added to the azimuth of the view.
+    pub turntable_degrees: Option<f64>,
+}
+
+impl PictureJob {
+    /// Returns the view of the picture; `None` stands for the scene's own camera. `silhouette`
+    /// returns the scene's silhouette. A turntable without a view starts at the front of the scene,
+    /// which is found from the silhouette.
+    pub fn resolve_view<'a>(
+        &self,
+        silhouette: impl FnOnce() -> &'a Silhouette,
+    ) -> Option<ViewAngles> {
+        let Some(turn) = self.turntable_degrees else {
+            return self.view;
+        };
+        let view = self.view.unwrap_or_else(|| silhouette().default_view());
+        Some(ViewAngles {
+            azimuth: view.azimuth + turn,
+            ..view
+        })
+    }
+}
+
+/// Lists the pictures of each scene for these flags: a single picture without label, or the
+/// pictures of `--views`, `--turntable` or `--frames`.
+pub(super) fn list_jobs(args: &ViewArgs) -> Vec<PictureJob> {
+    let numbered = |number: usize, caption: String| PictureJob {
+        label: format!("{number:04}"),
+        caption,
+        view: args.view,
+        ..PictureJob::default()
+    };
+    if let Some(views) = &args.views {
+        let shot = |(name, view): &(String, ViewAngles)| PictureJob {
+            label: name.replace(',', "_"),
+            caption: name.clone(),
+            view: Some(*view),
+            ..PictureJob::default()
+        };
+        views.0.iter().map(shot).collect()
+    } else if let Some(count) = args.turntable {
+        let degrees = (0..count).map(|i| 360.0 * f64::from(i) / f64::from(count));
+        degrees
+            .enumerate()
+            .map(|(i, turn)| PictureJob {
+                turntable_degrees: Some(turn),
+                ..numbered(i, format!("{turn:.0}°"))
+            })
+            .collect()
+    } else if let Some(frames) = args.frames {
+        let times = frames.picture_times().enumerate();
+        times
+            .map(|(i, time)| PictureJob {
+                at: Some(time),
+                ..numbered(i, format!("{time:.2} s"))
+            })
+            .collect()
+    } else {
+        vec![PictureJob {
+            view: args.view,
+            ..PictureJob::default()
+        }]
+    }
+}
+
+/// Seconds of a turn of `--turntable` without `--fps`.
+const TURN_SECONDS: f64 = 4.0;
+
+/// Returns the pictures per second of an animation file.
+pub(super) fn frame_rate(args: &ViewArgs) -> f64 {
+    let turn = args.turntable.map(|count| f64::from(count) / TURN_SECONDS);
+    let own = args.frames.map(|frames| frames.rate).or(turn);
+    args.fps.or(own).unwrap_or(1.0)
+}
+
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod shots_tests {
+    use super::*;
+    use crate::args::values;
+
+    /// Protects: each flag makes its pictures in order; without such flags, the default picture has
+    /// the requested view.
+    #[test]
+    fn flags_make_pictures() {
+        let view = Some(ViewAngles {
+            azimuth: 3.0,
+            elevation: 4.0,
+        });
+        for (requested, expected) in [(None, None), (view, view)] {
+            let found = list_jobs(&ViewArgs {
+                view: requested,
+                ..ViewArgs::default()
+            });
+            assert_eq!(
+                found,
+                [PictureJob {
+                    view: expected,
+                    ..PictureJob::default()
+                }]
+            );
+        }
+        let views = values::parse_views("front,30,-20,iso").expect("views");
+        let found = list_jobs(&ViewArgs {
+            views: Some(views),
+            ..ViewArgs::default()
+        });
+        let labels: Vec<_> = found.iter().map(|shot| shot.label.as_str()).collect();
+        assert_eq!(labels, ["front", "30_-20", "iso"]);
+        assert_eq!(
+            found[1].view,
+            Some(ViewAngles {
+                azimuth: 30.0,
+                elevation: -20.0
+            })
+        );
+        let turns = list_jobs(&ViewArgs {
+            turntable: Some(4),
+            ..ViewArgs::default()
+        });
+        assert_eq!(
+            turns
+                .iter()
+                .map(|shot| shot.turntable_degrees)
+                .collect::<Vec<_>>(),
+            [0.0, 90.0, 180.0, 270.0].map(Some)
+        );
+        let played = ViewArgs {
+            frames: Some(values::parse_frame_times("0..1:12").expect("moments")),
+            ..ViewArgs::default()
+        };
+        let rates = [
+            played,
+            ViewArgs {
+                turntable: Some(10),
+                ..ViewArgs::default()
+            },
+            ViewArgs {
+                turntable: Some(10),
+                fps: Some(25.0),
+                ..ViewArgs::default()
+            },
+            ViewArgs::default(),
+        ]
+        .map(|args| frame_rate(&args));
+        assert_eq!(rates, [12.0, 2.5, 25.0, 1.0]);
+        let frames = |text: &str| {
+            let frames = Some(values::parse_frame_times(text).expect("moments"));
+            list_jobs(&ViewArgs {
+                frames,
+                ..ViewArgs::default()
+            })
+            .iter()
+            .filter_map(|shot| shot.at)
+            .collect::<Vec<_>>()
+        };
+        assert_eq!(frames("0..1:4"), [0.0, 0.25, 0.5, 0.75]);
+        assert_eq!(
+            (frames("-1..0.5:2"), frames("0..0.1:3")),
+            (vec![-1.0, -0.5, 0.0], vec![0.0])
+        );
+        for wrong in [
+            "",
+            "1",
+            "0..1",
+            "1..0:5",
+            "0..1:0",
+            "0..1:-2",
+            "0..1e9:25",
+            "a..b:c",
+            "all",
+            "all:0",
+            "0..inf:25",
+        ] {
+            assert!(values::parse_frame_times(wrong).is_err(), "{wrong}");
+        }
+        assert!(
+            values::parse_views("front,top,sideways").is_err()
+                && values::parse_views("30").is_err()
+        );
+    }
+}

@@ -51,12 +51,12 @@ impl Display {
     pub fn find_unclipped_exposure(self, picture: &Picture) -> Option<f64> {
         let objects = picture.layer("object.id");
         let has_object = |i: usize| objects.is_none_or(|layer| layer.samples[i] >= 0.0);
-        self.find_unclipped_exposure_of_colours(&sample_colours(picture, has_object))
+        self.unclipped_exposure_of(&sample_colours(picture, has_object))
     }
 
     /// Returns a better exposure for pixels of these colours, as
     /// [`Display::find_unclipped_exposure`] does.
-    pub fn find_unclipped_exposure_of_colours(self, colours: &[[f32; 3]]) -> Option<f64> {
+    pub fn unclipped_exposure_of(self, colours: &[[f32; 3]]) -> Option<f64> {
         let share = |stops: f64| {
             Self {
                 exposure_stops: stops,

@@ -37,7 +37,7 @@ impl<'a> GltfImport<'a> {
         };
         let corners = self.read_triangles(primitive, topology, positions.count())?;
         self.work
-            .report_done(declared_vertex_and_index_counts(self.document, primitive)[1]);
+            .report_done(declared_counts(self.document, primitive)[1]);
         let (vertices, indices) = select_used_vertices(corners, positions.count());
         self.budget.reserve_memory(
             vertices.len(),
@@ -353,10 +353,7 @@ fn uv_attribute_name(set: u32) -> String {
 }
 
 /// Returns the number of vertices and the number of indices that a primitive declares.
-pub(super) fn declared_vertex_and_index_counts(
-    document: &Document,
-    primitive: &PrimitiveEntry,
-) -> [u64; 2] {
+pub(super) fn declared_counts(document: &Document, primitive: &PrimitiveEntry) -> [u64; 2] {
     let count = |index: u32| {
         document
             .accessors

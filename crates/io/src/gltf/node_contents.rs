@@ -25,7 +25,7 @@ impl GltfImport<'_> {
             .filter_map(|&mesh| self.document.meshes.get(mesh as usize))
             .flat_map(|mesh| &mesh.primitives);
         primitives
-            .flat_map(|primitive| mesh::declared_vertex_and_index_counts(self.document, primitive))
+            .flat_map(|primitive| mesh::declared_counts(self.document, primitive))
             .fold(0, u64::saturating_add)
     }
 

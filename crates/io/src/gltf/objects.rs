@@ -194,7 +194,7 @@ impl<'a> GltfImport<'a> {
             used
         });
         self.work
-            .report_done(mesh::declared_vertex_and_index_counts(self.document, primitive)[0]);
+            .report_done(mesh::declared_counts(self.document, primitive)[0]);
         self.meshes.insert(key, used.clone());
         Ok(used)
     }

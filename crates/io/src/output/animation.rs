@@ -118,7 +118,7 @@ impl AnimationWriter {
         };
         let png = encode_png(&picture, display, &PictureMetadata::default())?;
         if self.spool.write_all(&png).is_err() {
-            self.move_to_system_temporary_folder()?;
+            self.move_to_temp_folder()?;
             self.spool.write_all(&png)?;
         }
         self.lengths.push(png.len());
@@ -127,7 +127,7 @@ impl AnimationWriter {
 
     /// Moves the added pictures from the folder of the output file, which is full, to the system's
     /// temporary folder.
-    fn move_to_system_temporary_folder(&mut self) -> io::Result<()> {
+    fn move_to_temp_folder(&mut self) -> io::Result<()> {
         let mut spool = tempfile::tempfile()?;
         self.spool.seek(SeekFrom::Start(0))?;
         let whole = self.lengths.iter().map(|&length| length as u64).sum();

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::atomic::{ReplaceRule, write_stream};
-use super::{PictureMetadata, write_stream_without_overwriting};
+use super::{PictureMetadata, write_new_stream};
 use crate::error::Error;
 use crate::limits::{Limits, format_bytes};
 
@@ -64,18 +64,18 @@ pub fn write_film(path: &Path, kept_film: &mut StoredFilm) -> Result<(), Error> 
 
 /// Writes a film file under a name that the user did not choose, otherwise as [`write_film`]. A
 /// name that is taken is replaced by the next numbered name, as for
-/// [`write_file_without_overwriting`](super::write_file_without_overwriting). Returns the path of
+/// [`write_new_file`](super::write_new_file). Returns the path of
 /// the written file.
 ///
 /// # Errors
 ///
 /// As [`write_film`].
-pub fn write_film_without_overwriting(
+pub fn write_new_film(
     path: &Path,
     kept_film: &mut StoredFilm,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<PathBuf, Error> {
-    write_stream_without_overwriting(path, is_free, |out| encode_film(out, kept_film))
+    write_new_stream(path, is_free, |out| encode_film(out, kept_film))
 }
 
 fn encode_film(out: &mut dyn Write, kept_film: &mut StoredFilm) -> io::Result<()> {

@@ -28,7 +28,7 @@ pub use animation::{AnimationFormat, AnimationWriter};
 use atomic::ReplaceRule;
 pub use atomic::write_atomically;
 pub(crate) use exr::encode_exr;
-pub use film::{StoredFilm, is_film, read_film, write_film, write_film_without_overwriting};
+pub use film::{StoredFilm, is_film, read_film, write_film, write_new_film};
 pub use marks::{PictureMark, mark_radius, write_marked_picture};
 pub use metadata::PictureMetadata;
 pub use output_path::OutputPath;
@@ -140,14 +140,14 @@ pub fn write_picture_as(
 /// # Errors
 ///
 /// As [`write_picture`].
-pub fn write_picture_without_overwriting(
+pub fn write_new_picture(
     path: &Path,
     picture: &Picture,
     display: Display,
     metadata: &PictureMetadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<PathBuf, Error> {
-    write_file_without_overwriting(
+    write_new_file(
         path,
         &encode_picture(
             path,
@@ -160,19 +160,19 @@ pub fn write_picture_without_overwriting(
     )
 }
 
-/// Writes the bytes of a file of any kind, otherwise as [`write_picture_without_overwriting`].
+/// Writes the bytes of a file of any kind, otherwise as [`write_new_picture`].
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
-pub fn write_file_without_overwriting(
+pub fn write_new_file(
     path: &Path,
     bytes: &[u8],
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<PathBuf, Error> {
-    write_stream_without_overwriting(path, is_free, |out| out.write_all(bytes))
+    write_new_stream(path, is_free, |out| out.write_all(bytes))
 }
 
-fn write_stream_without_overwriting(
+fn write_new_stream(
     path: &Path,
     is_free: impl Fn(&Path) -> bool,
     mut write: impl FnMut(&mut dyn Write) -> std::io::Result<()>,
@@ -202,7 +202,7 @@ fn numbered_path(path: &Path, number: u32) -> PathBuf {
     if number == 1 {
         path.to_owned()
     } else {
-        insert_suffix_before_extension(path, &format!("-{number}"))
+        insert_suffix(path, &format!("-{number}"))
     }
 }
 
@@ -249,7 +249,7 @@ pub fn write_exr(path: &Path, picture: &Picture, metadata: &PictureMetadata) -> 
 
 /// Returns the name for the unfinished picture of an interrupted render: `NAME.partial.EXT`.
 pub fn partial_picture_path(path: &Path) -> PathBuf {
-    insert_suffix_before_extension(path, ".partial")
+    insert_suffix(path, ".partial")
 }
 
 /// Longest file name in bytes on common file systems.
@@ -257,7 +257,7 @@ const LONGEST_NAME: usize = 255;
 
 /// Inserts a suffix between stem and extension of a file name. If the new name is too long for a
 /// file system, the stem is truncated.
-fn insert_suffix_before_extension(path: &Path, suffix: &str) -> PathBuf {
+fn insert_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut end = OsString::from(suffix);
     if let Some(extension) = path.extension() {
         end.push(".");

@@ -706,6 +706,30 @@ fn pictures_that_are_none() {
     }
 }
 
+/// Protects: the occlusion maps of all materials in use are one warning with their number.
+#[test]
+fn occlusion_maps_are_counted_in_one_warning() {
+    let made = KeyedTriangle::new().with(|d| {
+        let mut material = d["materials"][0].clone();
+        material["occlusionTexture"] = json!({ "index": 0 });
+        d["materials"] = json!([material, material, material]);
+        let [mut first, mut second] = [0, 1].map(|_| d["meshes"][0]["primitives"][0].clone());
+        (first["material"], second["material"]) = (json!(0), json!(2));
+        d["meshes"][0]["primitives"] = json!([first, second]);
+    });
+    let loaded = made
+        .load_with(None, None, None)
+        .unwrap_or_else(|e| panic!("{e}"));
+    let messages = loaded.warnings.iter().map(|warning| &warning.message);
+    let told: Vec<_> = messages
+        .filter(|message| message.contains("occlusion"))
+        .collect();
+    assert!(
+        told.len() == 1 && told[0].contains("the occlusion maps of 2 materials are ignored"),
+        "{told:?}"
+    );
+}
+
 /// Protects: a material of the specular-glossiness model keeps its factors if its specular image
 /// cannot be decoded.
 #[test]

@@ -55,11 +55,11 @@ fn what_is_seen_is_a_command() {
         let status = viewer.finished(&Value::from(flags));
         assert_eq!(status["failure"], Value::Null, "{status}");
         assert!(
-            status["said"]
+            status["message"]
                 .as_str()
                 .is_some_and(|text| text.contains(message)),
             "{message}: {}",
-            status["said"]
+            status["message"]
         );
         assert_eq!(
             of(&status),
@@ -123,12 +123,12 @@ fn the_interval_closes() {
     .map(|(layer, stops)| {
         let wish = viewer
             .post(
-                "wish",
+                "request",
                 &json!({ "flags": [["spp", "1024"], ["exposure", stops]], "layer": layer }),
             )
             .json();
         let shown = viewer.until("the layer", |status| {
-            status["wish"] == wish["wish"] && status["phase"] == "done"
+            status["request"] == wish["request"] && status["phase"] == "done"
         });
         assert_eq!(&shown["progress"]["hash"], hash, "it is not rendered anew");
         assert_eq!(shown["progress"]["history"], status["progress"]["history"]);

@@ -178,18 +178,18 @@ impl Viewer {
             if is_wanted(&status) {
                 return status;
             }
-            reported = status["told"].as_u64().expect("a number");
+            reported = status["number"].as_u64().expect("a number");
             assert!(began.elapsed() < PATIENCE, "{label} did not come: {status}");
         }
     }
 
     /// Requests flags, and waits until their picture is finished.
     fn finished(&self, flags: &Value) -> Value {
-        let response = self.post("wish", &json!({ "flags": flags }));
+        let response = self.post("request", &json!({ "flags": flags }));
         assert_eq!(response.status, 200, "{}", response.text());
-        let wish = response.json()["wish"].clone();
+        let wish = response.json()["request"].clone();
         self.until("the picture", |status| {
-            status["wish"] == wish && status["phase"] != "rendering"
+            status["request"] == wish && status["phase"] != "rendering"
         })
     }
 

@@ -85,7 +85,10 @@ fn only_the_page_is_answered() {
     }
     let own = format!("http://{host}");
     let body = r#"{ "flags": [] }"#;
-    assert_eq!(ask("POST", &path("wish"), &[("Origin", &own)], body), 200);
+    assert_eq!(
+        ask("POST", &path("request"), &[("Origin", &own)], body),
+        200
+    );
     for origin in [
         "http://evil.example",
         "null",
@@ -93,7 +96,7 @@ fn only_the_page_is_answered() {
         &format!("http://127.0.0.1.evil.example:{port}"),
     ] {
         assert_eq!(
-            ask("POST", &path("wish"), &[("Origin", origin)], body),
+            ask("POST", &path("request"), &[("Origin", origin)], body),
             403,
             "{origin}"
         );
@@ -103,11 +106,11 @@ fn only_the_page_is_answered() {
             "{origin}"
         );
     }
-    assert_eq!(ask("POST", &path("wish"), &[], body), 403);
+    assert_eq!(ask("POST", &path("request"), &[], body), 403);
     assert_eq!(
         ask(
             "POST",
-            &path("wish"),
+            &path("request"),
             &[("Origin", &own), ("Sec-Fetch-Site", "cross-site")],
             body
         ),
@@ -131,7 +134,7 @@ fn only_the_page_is_answered() {
     ] {
         assert_eq!(viewer.get(path).status, 404, "{path}");
     }
-    let wish = |flags| viewer.post("wish", &json!({ "flags": flags })).status;
+    let wish = |flags| viewer.post("request", &json!({ "flags": flags })).status;
     assert_eq!(wish(json!([["output", "a.png"]])), 400);
     assert_eq!(wish(json!([["env", "/etc/passwd"]])), 400);
     assert_eq!(wish(json!([["spp", "4", "5"]])), 400);
@@ -331,7 +334,7 @@ fn refused_requests_take_no_place() {
     sandbox.write("room.scene.toml", SCENE);
     let viewer = Viewer::start(&sandbox, &["room.scene.toml", "--spp", "4"]);
     let unfinished = format!(
-        "POST /{}/wish HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: 1\r\n\r\n",
+        "POST /{}/request HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: 1\r\n\r\n",
         viewer.token,
         host = viewer.host
     );

@@ -7,6 +7,7 @@ mod recommendation;
 mod reference;
 mod text;
 
+use std::ffi::OsString;
 use std::path::Path;
 
 use raywright_core::accuracy::{
@@ -14,10 +15,9 @@ use raywright_core::accuracy::{
     ReusableReference, measure_accuracy,
 };
 use raywright_core::{Observer, Settings};
-use raywright_io::{EnvironmentSource, Error, GroundRule, LoadedScene, output};
+use raywright_io::{Error, LoadedScene};
 
-use crate::args::values::{MaterialChoice, UpDirection};
-use crate::args::{AccuracyArgs, SceneArgs};
+use crate::args::{self, AccuracyArgs};
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::origin::quote_for_shell;
@@ -26,7 +26,7 @@ use crate::preparation::prepare_failure;
 use crate::progress::StepProgress;
 use crate::session::Session;
 use crate::targets::{OutputFiles, select_by_extension};
-use crate::{origin, scene_input};
+use crate::{command_words, origin, scene_input};
 use file::{AccuracyDocument, AccuracyFileKind};
 
 /// Runs `accuracy`: measures, writes the requested files, and prints a table or JSON.
@@ -49,13 +49,15 @@ pub fn run(mut session: Session, args: &AccuracyArgs) -> Result<(), Failure> {
     let (measured, used_reference) = session.run(measure)?;
     drop(steps);
     let is_stopped = watch.was_stopped();
-    let document = measured.document(args, &loaded, session.run(rayon::current_num_threads));
+    let words = command_words::insert_command(origin::run_arguments().to_vec());
+    let flags = format_measurement_flags(words);
+    let document = measured.document(&flags, &loaded, session.run(rayon::current_num_threads));
     // The measurement is worth reporting even if the reference cannot be written.
     let reference_result = kept
         .filter(|_| !measured.report.reference.kept && !is_stopped)
         .map_or(Ok(()), |path| {
-            let is_free = |path: &Path| session.outputs.is_free_path(path, &loaded.inputs);
-            reference::write_reference(path, used_reference, &loaded, is_free)?;
+            let free = session.outputs.beside(&loaded.inputs);
+            reference::write_reference(path, used_reference, &loaded, free)?;
             session.verbosity.print_result_message(path.display());
             Ok(())
         });
@@ -99,12 +101,9 @@ fn write_partial_report(
     text: &str,
     loaded: &LoadedScene,
 ) -> Result<(), Failure> {
-    let name = output::write_file_without_overwriting(
-        &output::partial_picture_path(path),
-        text.as_bytes(),
-        |path: &Path| session.outputs.is_free_path(path, &loaded.inputs),
-    )?;
-    session.verbosity.print_result_message(name.display());
+    let free = session.outputs.beside(&loaded.inputs);
+    let name = free.write_partial_file(path, text.as_bytes())?;
+    session.verbosity.print_result_message(name);
     Ok(())
 }
 
@@ -113,7 +112,7 @@ fn write_partial_report(
 pub fn run_embedded(
     args: &AccuracyArgs,
     mut loaded: LoadedScene,
-    command: String,
+    (command, flags): (String, &[String]),
     observer: &dyn Observer,
 ) -> Result<String, Failure> {
     if let Some(path) = args.output.iter().chain(&args.reference).next() {
@@ -125,7 +124,7 @@ pub fn run_embedded(
     }
     let mut steps = StepProgress::start(Verbosity::Quiet);
     let (measured, _) = Measurement::measure(args, &mut loaded, None, (observer, &mut steps))?;
-    let mut document = measured.document(args, &loaded, rayon::current_num_threads());
+    let mut document = measured.document(flags, &loaded, rayon::current_num_threads());
     document.command = command;
     Ok(console::format_json(&document))
 }
@@ -168,12 +167,11 @@ impl Measurement {
     /// Combines the measurement with its scene, its flags and its number of threads.
     fn document<'a>(
         &'a self,
-        args: &AccuracyArgs,
+        flags: &[String],
         loaded: &'a LoadedScene,
         threads: usize,
     ) -> AccuracyDocument<'a> {
-        let flags = format_measurement_flags(args);
-        AccuracyDocument::new(loaded, &flags, &self.settings, threads, &self.report)
+        AccuracyDocument::new(loaded, flags, &self.settings, threads, &self.report)
     }
 }
 
@@ -192,88 +190,22 @@ fn measure_failure(args: &AccuracyArgs, loaded: &LoadedScene, error: MeasureErro
     }
 }
 
-/// Formats the flags that define the measurement, as `render` accepts them.
-fn format_measurement_flags(args: &AccuracyArgs) -> Vec<String> {
-    let integrator = args
-        .integrator
-        .map(|integrator| format!("--integrator {}", origin::variant_name(&integrator)));
-    let size = args
-        .size
-        .map(|[width, height]| format!("--size {width}x{height}"));
-    integrator
-        .into_iter()
-        .chain(format_scene_flags(&args.changes))
-        .chain(size)
-        .chain(RungChoices::from(&args.choices).format_choices("--rung ", "--without "))
-        .collect()
-}
-
-/// Formats the flags that change a scene.
-fn format_scene_flags(changes: &SceneArgs) -> Vec<String> {
-    let SceneArgs {
-        at,
-        set,
-        model_scene,
-        variant,
-        animation,
-        up,
-        material,
-        section,
-        env,
-        studio,
-        ground,
-        backdrop,
-        env_rotation,
-        env_strength,
-        allow_outside,
-    } = changes;
-    let name_flag = |flag: &str, name: &Option<String>| {
-        name.as_ref()
-            .map(|name| format!("--{flag} {}", quote_for_shell(name)))
-    };
-    let parameters = set
-        .iter()
-        .map(|(name, value)| format!("--set {name}={value}"));
-    let flags = [
-        name_flag("scene", model_scene),
-        name_flag("variant", variant),
-        name_flag("animation", animation),
-        up.map(format_up_flag),
-        material.map(|MaterialChoice::Clay| "--material clay".to_owned()),
-        section.map(|section| format!("--section {section}")),
-        env.as_ref().map(format_environment_flag),
-        studio.then(|| "--studio".to_owned()),
-        (*ground == GroundRule::None).then(|| "--ground none".to_owned()),
-        backdrop.map(|backdrop| format!("--backdrop {}", backdrop.name())),
-        env_rotation.map(|degrees| format!("--env-rotation {degrees}")),
-        env_strength.map(|factor| format!("--env-strength {factor}")),
-        allow_outside.then(|| "--allow-outside".to_owned()),
-    ];
-    at.map(|seconds| format!("--at {seconds}"))
-        .into_iter()
-        .chain(parameters)
-        .chain(flags.into_iter().flatten())
-        .collect()
-}
-
-/// Formats the flag of an up direction.
-fn format_up_flag(up: UpDirection) -> String {
-    match up {
-        UpDirection::Axis(axis) => format!("--up {}", axis.name()),
-        UpDirection::Direction([x, y, z]) => format!("--up {x},{y},{z}"),
-    }
-}
-
-/// Formats the flag of an environment: `--studio` for the studio, otherwise `--env`.
-fn format_environment_flag(source: &EnvironmentSource) -> String {
-    match source {
-        EnvironmentSource::None => "--env none".to_owned(),
-        EnvironmentSource::Default => "--env default".to_owned(),
-        EnvironmentSource::Studio => "--studio".to_owned(),
-        EnvironmentSource::File(path) => {
-            format!("--env {}", quote_for_shell(&path.to_string_lossy()))
+/// Formats the flags of a command line that `render` has too, without those of the run itself; a
+/// rung and an effect each with a flag of its own.
+pub fn format_measurement_flags(words: Vec<OsString>) -> Vec<String> {
+    const OF_RUN: [&str; 4] = ["budget", "threads", "max-memory", "output"];
+    let mut flags = Vec::new();
+    for (name, value) in args::list_render_flags(words) {
+        match (name.as_str(), value) {
+            (name, _) if OF_RUN.contains(&name) => {}
+            (name @ ("rung" | "without"), Some(list)) => {
+                flags.extend(list.split(',').map(|value| format!("--{name} {value}")));
+            }
+            (name, Some(value)) => flags.push(format!("--{name} {}", quote_for_shell(&value))),
+            (name, None) => flags.push(format!("--{name}")),
         }
     }
+    flags
 }
 
 impl ProgressListener for StepProgress {

@@ -14,7 +14,8 @@ use raywright_io::{Error, Limits, LoadedScene};
 use crate::commands::render::film::read_own_film;
 use crate::commands::render::write::write_film_or_copy;
 use crate::failure::Failure;
-use crate::origin::{SOFTWARE, command_line};
+use crate::origin::program_metadata;
+use crate::targets::FreePaths;
 
 /// First word of the settings text in the film file of a reference.
 const REFERENCE_MARK: &str = "reference";
@@ -47,25 +48,22 @@ pub fn write_reference(
     path: &Path,
     reference: ReusableReference,
     loaded: &LoadedScene,
-    is_free: impl Fn(&Path) -> bool,
+    free: FreePaths<'_>,
 ) -> Result<(), Failure> {
     let words = [REFERENCE_MARK.to_owned()]
         .into_iter()
         .chain(reference.rungs.iter().map(RungChoice::to_string));
     let metadata = PictureMetadata {
-        software: SOFTWARE.to_owned(),
         scene_hash: loaded.hash.to_string(),
         settings: words.collect::<Vec<_>>().join(" "),
-        seed: None,
-        command: command_line(),
-        error: String::new(),
+        ..program_metadata()
     };
     let mut film = StoredFilm {
         film: reference.film,
         metadata,
         display: Display::from_render(&loaded.scene.render),
     };
-    write_film_or_copy(path, &mut film, (&loaded.inputs, is_free))
+    write_film_or_copy(path, &mut film, free)
 }
 
 /// Creates the failure for a reference file of another scene or of other settings.

@@ -8,7 +8,7 @@ use raywright_io::report::{
     Plot, PlotAxis, PlotLine, PlotMark, PlotPoint, ThemeColour, format_three_digits,
 };
 
-use super::report::BenchReport;
+use super::BenchReport;
 
 /// Draws the lines of all series in a plot and returns its SVG text.
 pub fn draw_bench_plot(series: &[GeneratedSceneTimings], report: &BenchReport) -> String {

@@ -6,7 +6,7 @@ use raywright_core::bench::{
 use raywright_io::format_bytes;
 use raywright_io::report::{ReportSection, format_median, format_three_digits};
 
-use super::report::{BenchMeasurements, BenchReport};
+use super::{BenchMeasurements, BenchReport};
 use crate::console;
 use crate::table::{ColumnAlignment, Table, wrap_paragraph};
 

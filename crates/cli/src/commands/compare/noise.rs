@@ -24,73 +24,25 @@ pub struct ComparisonPicture {
     pub errors: Option<(Vec<[f32; 3]>, f64)>,
 }
 
-/// Extension of a film file, in lower case.
-const FILM_EXTENSION: &str = "film";
-
-/// Reads a picture file or the picture of a film file. The standard errors come from the film or
-/// from the layer `stderr`.
-pub fn read_with_standard_errors(path: &Path) -> Result<ComparisonPicture, Failure> {
-    let limits = Limits::default();
-    if path
-        .extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case(FILM_EXTENSION))
-    {
-        let StoredFilm { film, display, .. } = read_film(path, &limits)?;
-        let errors = film
-            .standard_errors()
-            .map(|(errors, freedom)| (errors, f64::from(freedom)));
-        let stored_picture = StoredPicture {
-            format_name: "film",
-            picture: film.picture(),
-            encoding: Encoding::Linear,
-            has_colour: true,
-            texts: Default::default(),
-        };
-        return Ok(ComparisonPicture {
-            stored_picture,
-            display: Some(display),
-            errors,
-        });
+/// Wraps a linear picture that comes from no picture file.
+fn linear_picture(format_name: &'static str, picture: Picture) -> StoredPicture {
+    StoredPicture {
+        format_name,
+        picture,
+        encoding: Encoding::Linear,
+        has_colour: true,
+        texts: Default::default(),
     }
-    let stored_picture = read_picture(path, &limits)?;
-    if !stored_picture.has_colour {
-        let channels = stored_picture
-            .picture
-            .layers
-            .iter()
-            .map(|layer| layer.name.as_str())
-            .collect::<Vec<_>>()
-            .join(", ");
-        let error =
-            Error::invalid_input(path.display(), "the picture has no colour channels R, G, B");
-        return Err(error.with_hint(format!("its channels: {channels}")).into());
-    }
-    let metadata = stored_picture.metadata();
-    let errors = standard_errors(&stored_picture.picture, &metadata);
-    Ok(ComparisonPicture {
-        display: read_recorded_display(&metadata),
-        stored_picture,
-        errors,
-    })
 }
 
-/// Returns the standard errors of a picture from its layer `stderr`, with their degrees of freedom;
-/// `None` without this layer.
+/// Returns the standard errors of a picture's layer `stderr` with their degrees of freedom, if it
+/// has that layer.
 fn standard_errors(picture: &Picture, metadata: &PictureMetadata) -> Option<(Vec<[f32; 3]>, f64)> {
-    standard_error_layer(picture).map(|errors| (errors, degrees_of_freedom(metadata)))
-}
-
-fn standard_error_layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
-    let [red, green, blue] = ["stderr.R", "stderr.G", "stderr.B"]
-        .map(|name| picture.layer(name).map(|layer| &layer.samples));
-    let (red, green, blue) = (red?, green?, blue?);
-    Some(
-        red.iter()
-            .zip(green)
-            .zip(blue)
-            .map(|((&red, &green), &blue)| [red, green, blue])
-            .collect(),
-    )
+    let layer = |name| picture.layer(name).map(|layer| layer.samples.iter());
+    let (green, blue) = (layer("stderr.G")?, layer("stderr.B")?);
+    let pixels = layer("stderr.R")?.zip(green).zip(blue);
+    let errors = pixels.map(|((&red, &green), &blue)| [red, green, blue]);
+    Some((errors.collect(), degrees_of_freedom(metadata)))
 }
 
 /// Returns the degrees of freedom of a picture's standard errors, from the picture's metadata. They
@@ -122,24 +74,44 @@ fn read_recorded_display(metadata: &PictureMetadata) -> Option<Display> {
 }
 
 impl ComparisonPicture {
-    /// Reads a picture or film file.
-    pub fn read_with_standard_errors(path: &Path) -> Result<Self, Failure> {
-        read_with_standard_errors(path)
+    /// Reads a picture file or the picture of a film file. The standard errors come from the film or
+    /// from the layer `stderr`.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        let limits = Limits::default();
+        let extension = path.extension().unwrap_or_default();
+        if extension.eq_ignore_ascii_case("film") {
+            let StoredFilm { film, display, .. } = read_film(path, &limits)?;
+            let errors = film.standard_errors();
+            return Ok(Self {
+                stored_picture: linear_picture("film", film.picture()),
+                display: Some(display),
+                errors: errors.map(|(errors, freedom)| (errors, f64::from(freedom))),
+            });
+        }
+        let stored_picture = read_picture(path, &limits)?;
+        if !stored_picture.has_colour {
+            let layers = &stored_picture.picture.layers;
+            let channels: Vec<&str> = layers.iter().map(|layer| layer.name.as_str()).collect();
+            let error =
+                Error::invalid_input(path.display(), "the picture has no colour channels R, G, B");
+            return Err(error
+                .with_hint(format!("its channels: {}", channels.join(", ")))
+                .into());
+        }
+        let metadata = stored_picture.metadata();
+        Ok(Self {
+            errors: standard_errors(&stored_picture.picture, &metadata),
+            display: read_recorded_display(&metadata),
+            stored_picture,
+        })
     }
 
     /// Wraps a linear picture in memory, with the metadata that its file would have.
     pub fn from_memory(picture: &Picture, display: Display, metadata: &PictureMetadata) -> Self {
-        let stored_picture = StoredPicture {
-            format_name: "memory",
-            picture: picture.clone(),
-            encoding: Encoding::Linear,
-            has_colour: true,
-            texts: Default::default(),
-        };
         Self {
             errors: standard_errors(picture, metadata),
             display: Some(display),
-            stored_picture,
+            stored_picture: linear_picture("memory", picture.clone()),
         }
     }
 
@@ -164,42 +136,34 @@ impl ComparisonPicture {
 /// Tests whether two pictures differ by more than their noise. `level` is the probability of a
 /// false alarm over all tested blocks of pixels together.
 pub fn test_against_noise(
-    picture: &ComparisonPicture,
-    reference: &ComparisonPicture,
-    names: [&Path; 2],
+    pair: &[ComparisonPicture; 2],
+    paths: [&Path; 2],
     level: f64,
 ) -> Result<NoiseTestResult, Failure> {
-    for (judged, path) in [picture, reference].into_iter().zip(names) {
+    let refuse = |name: &str, reason: &str, hint: &str| -> Failure {
+        Error::invalid_input(name, reason).with_hint(hint).into()
+    };
+    let names = paths.map(|path| path.display().to_string());
+    for (judged, name) in pair.iter().zip(&names) {
         if judged.stored_picture.encoding != Encoding::Linear {
-            let error = Error::invalid_input(
-                path.display(),
+            return Err(refuse(
+                name,
                 "--noise compares radiance, and this picture stores display values in place of radiance",
-            );
-            return Err(error
-                .with_hint("compare .exr pictures, or film files of --checkpoint")
-                .into());
+                "compare .exr pictures, or film files of --checkpoint",
+            ));
         }
     }
-    if picture.errors.is_none() && reference.errors.is_none() {
-        let names = format!("{} and {}", names[0].display(), names[1].display());
-        let error = Error::invalid_input(names, "neither picture has standard errors");
-        return Err(error
-            .with_hint(
-                "render with -o picture.exr --aov stderr, or compare film files of --checkpoint",
-            )
-            .into());
+    let names = names.join(" and ");
+    if pair.iter().all(|judged| judged.errors.is_none()) {
+        return Err(refuse(
+            &names,
+            "neither picture has standard errors",
+            "render with -o picture.exr --aov stderr, or compare film files of --checkpoint",
+        ));
     }
-    let verdict = raywright_core::metrics::test_against_noise(
-        &picture.to_noisy_picture(),
-        &reference.to_noisy_picture(),
-        level,
-    );
-    Ok(verdict.map_err(|cause| {
-        Error::invalid_input(
-            format!("{} and {}", names[0].display(), names[1].display()),
-            cause,
-        )
-    })?)
+    let [picture, reference] = pair.each_ref().map(ComparisonPicture::to_noisy_picture);
+    raywright_core::metrics::test_against_noise(&picture, &reference, level)
+        .map_err(|cause| Error::invalid_input(names, cause).into())
 }
 
 /// Formats the result of the test for noise as text for the table.

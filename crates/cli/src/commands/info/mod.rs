@@ -1,23 +1,26 @@
 //! `info`: contents of a scene, model, picture or film file, as a table or as JSON.
 
-mod json;
 mod picture;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use raywright_core::scene::{LightKind, MaterialModel, SamplePattern, Shape, Sky};
-use raywright_core::{Scene, Settings, estimate_scene_memory, generate};
+use raywright_core::extent::SceneExtent;
+use raywright_core::scene::{Image, SamplePattern, Shape, Sky};
+use raywright_core::{
+    Scene, SceneLookup, Settings, estimate_scene_memory, generate, measure_scene_extent,
+};
 use raywright_io::report::{format_count, format_four_digits, format_memory_parts};
 use raywright_io::{AnimationInfo, ExtensionInfo, LoadedScene, SceneFormat, SceneNotation};
+use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
-use crate::console;
 use crate::failure::Failure;
-use crate::plan;
+use crate::origin::variant_name;
 use crate::session::Session;
 use crate::table::format_rows;
-use json::{FileInfo, TriangleCounts, count_by_kind};
+use crate::{console, plan};
 
 /// Runs `info`: prints the contents of a file as a table or as JSON.
 pub fn run(mut session: Session, args: &InfoArgs) -> Result<(), Failure> {
@@ -27,78 +30,99 @@ pub fn run(mut session: Session, args: &InfoArgs) -> Result<(), Failure> {
     let options = plan::build_load_options(&args.changes, None);
     let loaded = session.load(&args.scene, &options)?;
     session.notes.print_kept_messages();
-    let info = FileInfo::from_loaded(&loaded);
-    console::print_report(args.json, &info, || format_table(&loaded, &info))
+    let (json, rows) = list_contents(&loaded);
+    console::print_report(args.json, &json, || format_rows(rows))
 }
 
-/// Formats the table: the contents of the JSON as text, and further contents of a scene.
-fn format_table(loaded: &LoadedScene, info: &FileInfo) -> String {
-    let scene = &loaded.scene;
-    let materials = scene.materials.iter();
-    let materials = materials.map(|material| material_model_kind(&material.model));
-    let rows = [
-        ("file", info.file.clone()),
-        ("format", info.notation.to_owned()),
-        ("title", info.title.clone()),
+/// Lists the contents of a loaded file: numbers and lists for scripts, and the rows of the table.
+fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
+    let (scene, contents) = (&loaded.scene, &loaded.contents);
+    let settings = Settings::from_scene(scene);
+    let (notation, triangles) = (
+        scene_format_name(loaded.source.format),
+        count_triangles(scene),
+    );
+    let cameras: Vec<&String> = scene.cameras.iter().map(|camera| &camera.name).collect();
+    let materials: Vec<&String> = scene.materials.iter().map(|item| &item.name).collect();
+    let lights = count_by_kind(scene.lights.iter().map(|light| variant_name(&light.kind)));
+    let shapes = scene
+        .objects
+        .iter()
+        .map(|object| variant_name(&object.shape));
+    let objects = count_by_kind(shapes);
+    let models = scene.materials.iter().map(|item| variant_name(&item.model));
+    let parameters = scene.parameters.iter();
+    let SceneExtent { bounds, unbounded } = measure_scene_extent(scene, settings.precision);
+    // Least and greatest corner of the box around all bounded shapes.
+    let bounds = (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]);
+    // Upper bound of a render's memory.
+    let memory = estimate_scene_memory(scene, &settings).bytes_by_purpose();
+    let hash = loaded.hash.to_string();
+    let animation = |info: &AnimationInfo| json!({ "name": info.name, "seconds": info.seconds });
+    let extension = |info: &ExtensionInfo| json!({ "name": info.name, "required": info.required, "read": info.is_supported });
+    let json = json!({
+        "format": 1,
+        "file": loaded.source.name,
+        "notation": notation,
+        "title": scene.title,
+        "size": scene.render.size,
+        "cameras": cameras,
+        "lights": lights,
+        "objects": objects,
+        "triangles": triangles,
+        "materials": materials,
+        "textures": scene.textures.len(),
+        "images": scene.images.iter().map(describe_image).collect::<Vec<_>>(),
+        "scenes": contents.scenes,
+        "variants": contents.variants,
+        "animations": contents.animations.iter().map(animation).collect::<Vec<_>>(),
+        "extensions": contents.extensions.iter().map(extension).collect::<Vec<_>>(),
+        "bounds": bounds,
+        "memory": memory.iter().copied().collect::<BTreeMap<_, _>>(),
+        "hash": hash,
+    });
+    let rows = vec![
+        ("file", loaded.source.name.clone()),
+        ("format", notation.to_owned()),
+        ("title", scene.title.clone()),
         ("picture", describe_render_size(scene)),
         (
             "parameters",
-            join_items(
-                scene
-                    .parameters
-                    .iter()
-                    .map(|(name, value)| format!("{name} = {value}")),
-            ),
+            join_items(parameters.map(|(name, value)| format!("{name} = {value}"))),
         ),
-        ("cameras", format_named_count(&info.cameras)),
-        ("lights", format_kind_counts(&info.lights)),
+        ("cameras", format_named_count(&cameras)),
+        ("lights", format_kind_counts(&lights)),
         ("sky", describe_file_sky(loaded)),
-        ("objects", format_kind_counts(&info.objects)),
+        ("objects", format_kind_counts(&objects)),
         ("generated", list_generated_objects(scene)),
-        ("triangles", describe_triangles(&info.triangles)),
-        ("materials", format_kind_counts(&count_by_kind(materials))),
+        ("triangles", describe_triangles(&triangles)),
+        ("materials", format_kind_counts(&count_by_kind(models))),
         ("textures", format_nonzero(scene.textures.len())),
         ("images", list_images(scene)),
-        ("scenes", format_indexed_names(&loaded.contents.scenes)),
-        (
-            "variants",
-            join_items(loaded.contents.variants.iter().cloned()),
-        ),
+        ("scenes", format_indexed_names(&contents.scenes)),
+        ("variants", contents.variants.join(", ")),
         (
             "animations",
-            join_items(loaded.contents.animations.iter().map(describe_animation)),
+            join_items(contents.animations.iter().map(describe_animation)),
         ),
         (
             "extensions",
-            join_items(loaded.contents.extensions.iter().map(describe_extension)),
+            join_items(contents.extensions.iter().map(describe_extension)),
         ),
+        ("bounds", describe_bounds(bounds, unbounded)),
+        ("memory", format_memory_parts(&memory)),
+        ("hash", hash),
     ];
-    let hash = ("hash", info.hash.clone());
-    let rows = rows
-        .into_iter()
-        .chain(format_bounds_and_memory(scene, info));
-    format_rows(rows.chain([hash]))
+    (json, rows)
 }
 
-/// Returns two rows: the bounds of the whole scene, and an upper bound of a render's memory. Both
-/// are computed from the scene's data without building an accelerator, which would be slow for
-/// models of millions of triangles.
-fn format_bounds_and_memory(scene: &Scene, info: &FileInfo) -> [(&'static str, String); 2] {
-    let settings = Settings::from_scene(scene);
+/// Describes the box around all bounded shapes, and the number of shapes without bounds.
+fn describe_bounds(bounds: Option<[[f64; 3]; 2]>, unbounded: usize) -> String {
     let corner = |point: [f64; 3]| point.map(format_four_digits).join(", ");
-    let bounds = info
-        .bounds
-        .map(|[least, most]| format!("{}  to  {}", corner(least), corner(most)));
-    let unbounded = match info.unbounded {
-        0 => None,
-        n => Some(format!("{n} without bounds")),
-    };
-    let bounds: Vec<String> = bounds.into_iter().chain(unbounded).collect();
-    let memory = estimate_scene_memory(scene, &settings).bytes_by_purpose();
-    [
-        ("bounds", bounds.join(", and ")),
-        ("memory", format_memory_parts(&memory)),
-    ]
+    let bounds = bounds.map(|[least, most]| format!("{}  to  {}", corner(least), corner(most)));
+    let unbounded = (unbounded > 0).then(|| format!("{unbounded} without bounds"));
+    let parts: Vec<String> = bounds.into_iter().chain(unbounded).collect();
+    parts.join(", and ")
 }
 
 fn scene_format_name(format: SceneFormat) -> &'static str {
@@ -169,8 +193,13 @@ fn describe_extension(info: &ExtensionInfo) -> String {
 }
 
 /// Formats the number of items and the names of those that have a name: `3: front, side`.
-fn format_named_count(names: &[String]) -> String {
-    let given = join_items(names.iter().filter(|name| !name.is_empty()).cloned());
+fn format_named_count(names: &[&String]) -> String {
+    let given = join_items(
+        names
+            .iter()
+            .filter(|name| !name.is_empty())
+            .map(ToString::to_string),
+    );
     if given.is_empty() {
         format_nonzero(names.len())
     } else {
@@ -180,7 +209,7 @@ fn format_named_count(names: &[String]) -> String {
 
 /// Formats the total and the count of each kind of item: `6: 5 sphere, 1 plane`; `6 sphere` for a
 /// single kind.
-fn format_kind_counts(counts: &BTreeMap<&str, usize>) -> String {
+fn format_kind_counts(counts: &BTreeMap<String, usize>) -> String {
     let total: usize = counts.values().sum();
     let mut counts: Vec<_> = counts.iter().collect();
     counts.sort_by_key(|&(_, n)| std::cmp::Reverse(n));
@@ -193,32 +222,6 @@ fn format_kind_counts(counts: &BTreeMap<&str, usize>) -> String {
     }
 }
 
-fn shape_kind(shape: &Shape) -> &'static str {
-    match shape {
-        Shape::Sphere { .. } => "sphere",
-        Shape::Plane { .. } => "plane",
-        Shape::Disk { .. } => "disk",
-        Shape::Quad { .. } => "quad",
-        Shape::Box { .. } => "box",
-        Shape::Cylinder { .. } => "cylinder",
-        Shape::Cone { .. } => "cone",
-        Shape::Ellipsoid { .. } => "ellipsoid",
-        Shape::Hyperboloid { .. } => "hyperboloid",
-        Shape::Paraboloid { .. } => "paraboloid",
-        Shape::Torus { .. } => "torus",
-        Shape::Triangle { .. } => "triangle",
-        Shape::Mesh(_) => "mesh",
-    }
-}
-
-fn light_kind(kind: &LightKind) -> &'static str {
-    match kind {
-        LightKind::Directional { .. } => "directional",
-        LightKind::Point { .. } => "point",
-        LightKind::Spot { .. } => "spot",
-    }
-}
-
 /// Returns the kind of the sky in the scene file; empty if the file has none, even if the program
 /// adds a sky.
 fn describe_file_sky(loaded: &LoadedScene) -> String {
@@ -228,36 +231,27 @@ fn describe_file_sky(loaded: &LoadedScene) -> String {
         .as_ref()
         .filter(|_| loaded.added_sky.is_none())
         .filter(|sky| !matches!(sky, Sky::Studio(studio) if studio.strength == 0.0));
-    own.map(sky_kind).unwrap_or_default().to_owned()
+    own.map(sky_kind).unwrap_or_default()
 }
 
-fn sky_kind(sky: &Sky) -> &'static str {
+fn sky_kind(sky: &Sky) -> String {
     match sky {
-        Sky::Constant(_) => "constant",
-        Sky::Gradient { .. } => "gradient",
-        Sky::Expression(_) => "expression",
-        Sky::Map(_) => "environment picture",
-        Sky::Studio(_) => "studio",
-    }
-}
-
-fn material_model_kind(model: &MaterialModel) -> &'static str {
-    match model {
-        MaterialModel::Classic(_) => "classic",
-        MaterialModel::Physical(_) => "physical",
+        Sky::Map(_) => "environment picture".to_owned(),
+        Sky::Studio(_) => "studio".to_owned(),
+        other => variant_name(other),
     }
 }
 
 /// Formats the number of objects that generators make, by kind: `1000 sphere`.
 fn list_generated_objects(scene: &Scene) -> String {
-    let mut counts = BTreeMap::<&str, u64>::new();
+    let mut counts = BTreeMap::<String, u64>::new();
     for generator in &scene.generators {
         let alone = Scene {
             generators: vec![generator.clone()],
             ..Scene::default()
         };
         *counts
-            .entry(shape_kind(&generator.object.shape))
+            .entry(variant_name(&generator.object.shape))
             .or_default() += generate::count_objects(&alone);
     }
     join_items(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")))
@@ -290,6 +284,54 @@ fn list_images(scene: &Scene) -> String {
     match scene.images.len() {
         0 => String::new(),
         n => format!("{n}: {}", join_items(described)),
+    }
+}
+
+/// Numbers of mesh triangles and of meshes.
+#[derive(Serialize)]
+struct TriangleCounts {
+    /// Number of triangles of all meshes, each mesh counted once.
+    stored: usize,
+    /// Number of triangles of all listed objects, with each instance of a mesh counted.
+    shown: usize,
+    meshes: usize,
+}
+
+/// Counts the items of each kind.
+fn count_by_kind(kinds: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    kinds.for_each(|kind| *counts.entry(kind).or_default() += 1);
+    counts
+}
+
+fn count_triangles(scene: &Scene) -> TriangleCounts {
+    let lookup = SceneLookup::new(scene);
+    let triangle_count = |name: &str| lookup.mesh_data(name).map_or(0, |data| data.indices.len());
+    let shown = scene.objects.iter().map(|object| {
+        if let Shape::Mesh(name) = &object.shape {
+            triangle_count(name)
+        } else {
+            0
+        }
+    });
+    let stored = scene
+        .meshes
+        .iter()
+        .map(|mesh| triangle_count(&mesh.name))
+        .sum();
+    TriangleCounts {
+        stored,
+        shown: shown.sum(),
+        meshes: scene.meshes.len(),
+    }
+}
+
+fn describe_image(image: &Image) -> Value {
+    match &image.data {
+        Some(data) => {
+            json!({ "name": image.name, "width": data.width, "height": data.height, "bytes": data.byte_size() })
+        }
+        None => json!({ "name": image.name, "missing": true }),
     }
 }
 

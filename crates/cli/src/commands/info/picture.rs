@@ -4,45 +4,18 @@
 use std::path::Path;
 
 use raywright_core::RenderOutput;
-use raywright_core::picture::Picture;
+use raywright_core::picture::{DataWindow, Picture};
 use raywright_io::output::{
     PictureFormat, PictureMetadata, StoredFilm, is_film, read_film, read_picture,
 };
-use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::console;
 use crate::failure::Failure;
-use crate::origin;
-use crate::plan;
 use crate::table::format_rows;
+use crate::{console, origin, plan};
 
-/// Version of the layout of [`PictureInfo`].
+/// Version of the layout of the JSON.
 const FORMAT: u32 = 1;
-
-/// Contents of a picture file. An entry is null or empty if the file lacks it.
-#[derive(Serialize)]
-struct PictureInfo {
-    format: u32,
-    file: String,
-    notation: &'static str,
-    /// Width and height in pixels.
-    size: [u32; 2],
-    /// Offset of the picture in the larger picture from which it was cropped, and size of the
-    /// larger picture, in pixels.
-    window: Option<Value>,
-    layers: Vec<String>,
-    software: String,
-    error: Option<Value>,
-    scene_hash: String,
-    seed: Option<u64>,
-    settings: String,
-    command: String,
-    /// Samples of a film: least and greatest number of a pixel, requested number (null where it is
-    /// unknown), number of tiles and of those that lack samples.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    film: Option<Value>,
-}
 
 /// Whether a file name has the extension of a picture format, or the file is a film.
 pub fn is_picture_or_film(path: &Path) -> bool {
@@ -52,121 +25,93 @@ pub fn is_picture_or_film(path: &Path) -> bool {
 /// Runs `info` for a picture or film file: prints its contents as a table or as JSON.
 pub fn run(path: &Path, as_json: bool) -> Result<(), Failure> {
     let limits = plan::build_limits(None);
-    let picture_facts = if is_film(path) {
-        PictureInfo::from_film(path, read_film(path, &limits)?)
-    } else {
-        let stored = read_picture(path, &limits)?;
-        PictureInfo::new(path, stored.format_name, &stored.picture, stored.metadata())
-    };
-    console::print_report(as_json, &picture_facts, || picture_facts.format_table())
-}
-
-impl PictureInfo {
-    fn from_film(path: &Path, stored: StoredFilm) -> Self {
-        let StoredFilm { film, metadata, .. } = stored;
+    let (json, rows) = if is_film(path) {
+        let StoredFilm { film, metadata, .. } = read_film(path, &limits)?;
         let rendered = RenderOutput::from_film_without_denoising(&film);
         let noisy = film.estimate_uncertainty();
         let error = origin::format_error_metadata(noisy.as_ref(), &rendered, &film);
         let metadata = PictureMetadata { error, ..metadata };
         let whole = film.full_part();
-        Self {
-            film: Some(json!({
-                "samples": film.sample_range(&whole).into_inner(),
-                "of": film.requested_samples(),
-                "tiles": whole.tiles.end,
-                "unfinished_tiles": film.unfinished_tiles(&whole),
-            })),
-            ..Self::new(path, "Raywright film", &rendered.picture, metadata)
-        }
-    }
-
-    fn new(
-        path: &Path,
-        notation: &'static str,
-        picture: &Picture,
-        metadata: PictureMetadata,
-    ) -> Self {
-        let error = convert_error_to_json(&metadata);
-        let PictureMetadata {
-            software,
-            scene_hash,
-            settings,
-            seed,
-            command,
-            ..
-        } = metadata;
-        Self {
-            format: FORMAT,
-            file: path.display().to_string(),
-            notation,
-            size: [picture.width, picture.height],
-            window: picture
-                .window
-                .as_ref()
-                .map(|window| json!({ "origin": window.origin, "full": window.full })),
-            layers: picture
-                .layers
-                .iter()
-                .map(|layer| layer.name.clone())
-                .collect(),
-            software,
-            error,
-            scene_hash,
-            seed,
-            settings,
-            command,
-            film: None,
-        }
-    }
-
-    fn format_table(&self) -> String {
-        let [width, height] = self.size;
-        let rows = [
-            ("file", self.file.clone()),
-            ("format", self.notation.to_owned()),
-            (
-                "picture",
-                format!(
-                    "{width}x{height} pixels{}",
-                    self.window
-                        .as_ref()
-                        .map(format_data_window)
-                        .unwrap_or_default()
-                ),
-            ),
-            (
-                "samples",
-                self.film.as_ref().map(format_samples).unwrap_or_default(),
-            ),
-            ("layers", self.layers.join(", ")),
-            ("software", self.software.clone()),
-            (
-                "error",
-                self.error.as_ref().map(format_error).unwrap_or_default(),
-            ),
-            (
-                "seed",
-                self.seed.map(|seed| seed.to_string()).unwrap_or_default(),
-            ),
-            ("settings", self.settings.clone()),
-            ("command", self.command.clone()),
-            ("scene hash", self.scene_hash.clone()),
-        ];
-        format_rows(rows)
-    }
+        // Least and greatest number of samples of a pixel, and the requested number, which is null
+        // where it is unknown.
+        let state = json!({
+            "samples": film.sample_range(&whole).into_inner(),
+            "of": film.requested_samples(),
+            "tiles": whole.tiles.end,
+            "unfinished_tiles": film.unfinished_tiles(&whole),
+        });
+        let picture = (&rendered.picture, &metadata);
+        list_contents(path, "Raywright film", picture, Some(state))
+    } else {
+        let stored = read_picture(path, &limits)?;
+        let picture = (&stored.picture, &stored.metadata());
+        list_contents(path, stored.format_name, picture, None)
+    };
+    console::print_report(as_json, &json, || format_rows(rows))
 }
 
-/// Formats the offset of a cropped picture and the size of the larger picture, in pixels: ` at 16,
-/// 8 of 320x180`.
-fn format_data_window(window: &Value) -> String {
-    let number = |list: &str, i: usize| &window[list][i];
-    format!(
-        " at {}, {} of {}x{}",
-        number("origin", 0),
-        number("origin", 1),
-        number("full", 0),
-        number("full", 1)
-    )
+/// Lists the contents of a picture: the JSON, and the rows of the table.
+fn list_contents(
+    path: &Path,
+    notation: &str,
+    (picture, metadata): (&Picture, &PictureMetadata),
+    film: Option<Value>,
+) -> (Value, Vec<(&'static str, String)>) {
+    let (name, [width, height]) = (path.display().to_string(), [picture.width, picture.height]);
+    let layers = picture.layers.iter().map(|layer| layer.name.as_str());
+    let layers: Vec<&str> = layers.collect();
+    let error = convert_error_to_json(metadata);
+    let mut json = json!({
+        "format": FORMAT,
+        "file": name,
+        "notation": notation,
+        "size": [width, height],
+        "window": picture.window,
+        "layers": layers,
+        "software": metadata.software,
+        "error": error,
+        "scene_hash": metadata.scene_hash,
+        "seed": metadata.seed,
+        "settings": metadata.settings,
+        "command": metadata.command,
+    });
+    let place = picture.window.map(|window| {
+        let DataWindow {
+            origin: [x, y],
+            full: [width, height],
+        } = window;
+        format!(" at {x}, {y} of {width}x{height}")
+    });
+    let place = place.unwrap_or_default();
+    let rows = vec![
+        ("file", name),
+        ("format", notation.to_owned()),
+        ("picture", format!("{width}x{height} pixels{place}")),
+        (
+            "samples",
+            film.as_ref().map(format_samples).unwrap_or_default(),
+        ),
+        ("layers", layers.join(", ")),
+        ("software", metadata.software.clone()),
+        (
+            "error",
+            error.as_ref().map(format_error).unwrap_or_default(),
+        ),
+        (
+            "seed",
+            metadata
+                .seed
+                .map(|seed| seed.to_string())
+                .unwrap_or_default(),
+        ),
+        ("settings", metadata.settings.clone()),
+        ("command", metadata.command.clone()),
+        ("scene hash", metadata.scene_hash.clone()),
+    ];
+    if let Some(film) = film {
+        json["film"] = film;
+    }
+    (json, rows)
 }
 
 /// Converts the error estimate in a file's metadata to JSON, with numbers as numbers; `None` if the

@@ -2,6 +2,8 @@
 
 use serde_json::json;
 
+use raywright_core::scene::{LightKind, MaterialModel};
+
 use super::*;
 
 /// Protects: kinds of shapes, lights, materials and skies have their names in scene files.
@@ -32,7 +34,7 @@ fn kinds_have_their_file_names() {
     };
     for value in shapes {
         let shape: Shape = serde_json::from_value(value.clone()).expect("a shape");
-        assert_eq!(shape_kind(&shape), key(&value));
+        assert_eq!(variant_name(&shape), key(&value));
     }
     for value in [
         json!({ "directional": { "to_light": up } }),
@@ -40,11 +42,11 @@ fn kinds_have_their_file_names() {
         json!({ "spot": { "position": o, "direction": up, "inner_angle": 1, "outer_angle": 2 } }),
     ] {
         let kind: LightKind = serde_json::from_value(value.clone()).expect("a light");
-        assert_eq!(light_kind(&kind), key(&value));
+        assert_eq!(variant_name(&kind), key(&value));
     }
     for value in [json!({ "classic": {} }), json!({ "physical": {} })] {
         let model: MaterialModel = serde_json::from_value(value.clone()).expect("a model");
-        assert_eq!(material_model_kind(&model), key(&value));
+        assert_eq!(variant_name(&model), key(&value));
     }
     for (value, name) in [
         (json!({ "constant": 1.0 }), "constant"),
@@ -107,7 +109,7 @@ fn sums_of_a_scene() {
         ),
     ] {
         assert_eq!(
-            describe_triangles(&json::count_triangles(&with(
+            describe_triangles(&count_triangles(&with(
                 json!({ "meshes": meshes, "objects": objects })
             ))),
             expected

@@ -5,7 +5,6 @@ mod live;
 pub mod messages;
 pub mod picture;
 mod series;
-mod tev;
 pub mod write;
 
 use std::borrow::Cow;
@@ -13,54 +12,80 @@ use std::io::{self, IsTerminal};
 
 use raywright_core::denoise::FEWEST_SAMPLES;
 use raywright_core::display::{Display, OutputFormat};
-use raywright_core::film::Uncertainty;
+use raywright_core::film::{Film, Uncertainty};
 use raywright_core::ladder::RungValue;
-use raywright_core::settings::Settings;
 use raywright_core::{ReadyScene, RenderOutput};
-use raywright_io::output::{PictureFormat, PictureMetadata, pixel_hash};
-use raywright_io::{LoadOptions, LoadedScene};
+use raywright_io::LoadedScene;
+use raywright_io::output::{PictureMetadata, pixel_hash};
 
 use crate::console;
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::plan::{PicturePlan, RenderTask};
-use crate::session::Session;
 use crate::targets::OutputTarget;
 use crate::{origin, scene_input};
-use film::FilmRender;
-use live::LivePreviews;
 pub use series::run;
 
 /// Advice in the message about a scene with nothing visible.
 const ALLOW_EMPTY: &str = "--allow-empty writes the picture nevertheless";
 
-/// Selects the estimated error that the final message and the picture's file report. Path tracing,
-/// denoising and a target error each require an estimate. `None` for a Whitted render without
-/// denoising and target error, whose samples have no random error.
-fn select_reported_error<'a>(
-    task: &RenderTask,
-    (ready, rendered): (&ReadyScene, &RenderOutput),
-    noisy: Option<&'a Uncertainty>,
-) -> Option<&'a Uncertainty> {
-    noisy.filter(|_| {
-        ready.is_path_traced() || task.max_error.is_some() || rendered.denoise_output().is_some()
-    })
+/// A rendered picture with all that its messages and its files need.
+struct RenderedPicture<'a> {
+    task: &'a RenderTask,
+    loaded: &'a LoadedScene,
+    ready: &'a ReadyScene,
+    plan: &'a PicturePlan,
+    film: &'a Film,
+    rendered: &'a RenderOutput,
+    /// Estimated error of the picture before denoising.
+    noisy: Option<Uncertainty>,
 }
 
-/// Returns the metadata for a picture's file: origin and estimated error; empty with
-/// `--no-metadata`.
-fn picture_metadata(
-    task: &RenderTask,
-    film_render: &FilmRender,
-    rendered: &RenderOutput,
-    noisy: Option<&Uncertainty>,
-) -> PictureMetadata {
-    match task.files.has_metadata {
-        true => PictureMetadata {
-            error: origin::format_error_metadata(noisy, rendered, film_render.film()),
-            ..film_render.metadata().clone()
-        },
-        false => PictureMetadata::default(),
+impl RenderedPicture<'_> {
+    /// Returns the estimated error that the final message and the picture's file report. Path
+    /// tracing, denoising and a target error each require an estimate. `None` for a Whitted render
+    /// without denoising and target error, whose samples have no random error.
+    fn reported_error(&self) -> Option<&Uncertainty> {
+        let is_random = self.ready.is_path_traced() || self.rendered.denoise_output().is_some();
+        let is_reported = is_random || self.task.max_error.is_some();
+        self.noisy.as_ref().filter(|_| is_reported)
+    }
+
+    /// Returns the estimated error of the displayed picture, denoised or not.
+    fn shown_error(&self) -> Option<Uncertainty> {
+        let denoised = self.rendered.denoise_output().map(|output| output.error);
+        denoised.or(self.reported_error().copied())
+    }
+
+    /// Returns the metadata for a picture's file: its origin with the estimated error; empty with
+    /// `--no-metadata`.
+    fn metadata(&self, origin: PictureMetadata) -> PictureMetadata {
+        let error = origin::format_error_metadata(self.reported_error(), self.rendered, self.film);
+        match self.task.files.has_metadata {
+            true => PictureMetadata { error, ..origin },
+            false => PictureMetadata::default(),
+        }
+    }
+
+    /// Records the notes and warnings about a rendered picture: no visible object, a bad exposure,
+    /// lights without effect, and its error. Returns the error for the final message, if known.
+    fn add_notes(&self, targets: &[OutputTarget], notes: &mut Notes) -> Option<String> {
+        let settings = &self.plan.settings;
+        if let Some(reason) =
+            scene_input::describe_empty_picture(self.loaded, self.rendered, settings)
+        {
+            notes.add_picture_warning(reason);
+        }
+        messages::note_exposure(self, targets, notes);
+        messages::note_unreached_lights(self, notes);
+        let (noisy, requested) = (self.reported_error(), self.task.max_error);
+        messages::report_error(noisy, self.film, self.rendered, requested, notes)
+    }
+
+    /// Describes how the picture misses the target error of `--max-error`; `None` if it does not.
+    fn describe_shortfall(&self) -> Option<String> {
+        let requested = self.task.max_error?;
+        messages::describe_shortfall(requested, self.reported_error(), self.film, self.rendered)
     }
 }
 
@@ -90,64 +115,35 @@ fn print_pixel_hash(
     )
 }
 
-/// Returns the file format of a picture whose file name the user did not give.
-fn default_picture_format(task: &RenderTask) -> PictureFormat {
-    if wants_linear_output(task) {
-        PictureFormat::Exr
-    } else {
-        PictureFormat::Png
-    }
-}
-
-/// Starts the render of a picture, with its film and its live previews. `label` is the
-/// suffix of the picture's name.
-fn start_film_render<'a>(
-    task: &'a RenderTask,
-    options: &LoadOptions,
-    (loaded, ready): (&LoadedScene, &ReadyScene),
-    (plan, label): (&PicturePlan, &str),
-) -> Result<FilmRender<'a>, Failure> {
-    let stem = &loaded.source.stem;
-    let name = if label.is_empty() {
-        stem.clone()
-    } else {
-        format!("{stem}-{label}")
-    };
-    let identity = origin::format_scene_identity(loaded, options, &task.choices);
-    let metadata = origin::picture_metadata(loaded, plan, &task.choices);
-    let onlookers = LivePreviews::from_task(task, &name)?;
-    Ok(FilmRender::start(task, ready, identity, metadata, plan.display)?.with_previews(onlookers))
-}
-
 /// Records the notes and warnings about a prepared scene, before its render.
-fn note_preparation(
-    loaded: &mut LoadedScene,
-    ready: &ReadyScene,
-    settings: &Settings,
-    notes: &mut Notes,
-) {
+fn note_preparation(loaded: &mut LoadedScene, ready: &ReadyScene, notes: &mut Notes) {
     messages::note_effects(loaded, ready.effects(), notes);
     messages::note_lost_objects(loaded, ready, notes);
     messages::note_unresolved_objects(loaded, ready, notes);
-    messages::note_missing_edges(loaded, settings, notes);
-    messages::note_closed_gaps(loaded, ready, settings, notes);
-    messages::note_light_leaks(loaded, ready, settings, notes);
-    messages::note_clamp_bias(loaded, ready, settings, notes);
+    messages::note_missing_edges(loaded, ready, notes);
+    messages::note_closed_gaps(loaded, ready, notes);
+    messages::note_light_leaks(loaded, ready, notes);
+    messages::note_clamp_bias(loaded, ready, notes);
     messages::note_headlight(ready, notes);
 }
 
-/// Records the notes and warnings about a rendered picture: no visible object, or a bad exposure.
-fn note_picture(
+/// Refuses a scene without any object, unless the task allows empty pictures.
+pub fn refuse_empty_scene(task: &RenderTask, loaded: &LoadedScene) -> Result<(), Failure> {
+    let failure = scene_input::empty_scene_failure(loaded);
+    let refused = failure.filter(|_| task.refuses_empty_pictures());
+    refused.map_or(Ok(()), |failure| Err(failure.with_hint(ALLOW_EMPTY)))
+}
+
+/// Refuses a picture for which a reason is given that it shows no object, unless the task allows
+/// empty pictures.
+fn refuse_empty_picture(
+    task: &RenderTask,
     loaded: &LoadedScene,
-    rendered: &RenderOutput,
-    plan: &PicturePlan,
-    targets: &[OutputTarget],
-    notes: &mut Notes,
-) {
-    if let Some(reason) = scene_input::describe_empty_picture(loaded, rendered, &plan.settings) {
-        notes.add_warning(reason);
-    }
-    messages::note_exposure(rendered, plan, targets, notes);
+    reason: Option<impl std::fmt::Display>,
+) -> Result<(), Failure> {
+    let failure = |reason| scene_input::empty_picture_failure(&loaded.source.name, reason);
+    let refused = reason.filter(|_| task.refuses_empty_pictures());
+    refused.map_or(Ok(()), |reason| Err(failure(reason).with_hint(ALLOW_EMPTY)))
 }
 
 /// Refuses outputs that cannot hold the requested data, before the scene is loaded: text and a
@@ -197,10 +193,10 @@ fn wants_linear_output(task: &RenderTask) -> bool {
 /// denoising is impossible, the preview is rendered without it.
 fn refuse_impossible_denoising(
     task: &RenderTask,
-    settings: &Settings,
     ready: &ReadyScene,
     notes: &mut Notes,
 ) -> Result<(), Failure> {
+    let settings = ready.settings();
     if !settings.denoise || task.is_quick {
         return Ok(());
     }
@@ -216,43 +212,10 @@ fn refuse_impossible_denoising(
         "add --spp with another number of samples than the fixed pattern has, such as --spp 16: random samples then replace the pattern",
     )?;
     Failure::refuse_if(
-        settings.sampling.samples_per_pixel() < FEWEST_SAMPLES,
+        settings.samples() < FEWEST_SAMPLES,
         format_args!(
             "--denoise needs at least {FEWEST_SAMPLES} samples a pixel to estimate the noise"
         ),
         format_args!("give --spp {FEWEST_SAMPLES} or a larger number"),
     )
-}
-
-/// Starts the early stage of a run (loading and preparation). The time budget and the memory limit
-/// may end the program in this stage. In a run of several scenes the memory limit does not end the
-/// program, because a single large scene must not prevent the render of the others.
-fn start_early_stage(task: &RenderTask, session: &mut Session) -> Result<(), Failure> {
-    let memory = if task.scenes.len() > 1 {
-        u64::MAX
-    } else {
-        task.options.limits.memory_bytes
-    };
-    session.start_limited_stage(&task.scenes[0], memory, task.film.budget)
-}
-
-/// Formats size, samples and estimated error of a picture for the final message.
-fn describe_picture(
-    task: &RenderTask,
-    settings: &Settings,
-    film_render: &FilmRender,
-    rendered: &RenderOutput,
-    noisy: Option<&Uncertainty>,
-    notes: &mut Notes,
-) -> String {
-    let error = messages::report_error(noisy, film_render.film(), rendered, task.max_error, notes);
-    let error = error.map(|error| format!(", {error}")).unwrap_or_default();
-    format_size_and_samples(settings, film_render) + &error
-}
-
-fn format_size_and_samples(settings: &Settings, film_render: &FilmRender) -> String {
-    let [width, height] = settings
-        .crop
-        .map_or(settings.size, |crop| [crop.width, crop.height]);
-    format!("{width}x{height}, {}", film_render.format_samples())
 }

@@ -6,17 +6,17 @@ use std::path::Path;
 use std::time::Instant;
 
 use raywright_core::display::Display;
-use raywright_core::film::{Film, Uncertainty};
+use raywright_core::film::Uncertainty;
 use raywright_core::picture::Picture;
-use raywright_core::{Observer, ReadyScene, RenderOutput};
+use raywright_core::{Observer, RenderOutput};
 use raywright_io::output::{self, PictureFormat, PictureMetadata};
 use raywright_io::{Error, LoadedScene};
 
-use super::{ALLOW_EMPTY, film, messages, write};
+use super::{RenderedPicture, film, messages, refuse_empty_scene, write};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::{PicturePlan, RenderTask};
+use crate::plan::RenderTask;
 use crate::preparation::NOTHING_KEPT;
 use crate::{origin, scene_input};
 
@@ -45,29 +45,25 @@ pub struct FinishedPicture {
 /// Renders the single picture of a task on the caller's thread pool. `command` is the equivalent
 /// command line, for the picture's metadata.
 pub fn render_to_memory(
-    mut loaded: LoadedScene,
+    loaded: &mut LoadedScene,
     task: &RenderTask,
     command: String,
     observer: &dyn Observer,
 ) -> Result<FinishedPicture, Failure> {
     refuse_file_flags(task)?;
     let mut notes = Notes::new(Verbosity::Quiet);
-    notes.add_scene_warnings(&loaded);
-    scene_input::note_added_parts(&loaded, &mut notes);
-    if let Some(failure) =
-        scene_input::empty_scene_failure(&loaded).filter(|_| task.refuses_empty_pictures())
-    {
-        return Err(failure.with_hint(ALLOW_EMPTY));
-    }
+    notes.add_scene_warnings(loaded);
+    scene_input::note_added_parts(loaded, &mut notes);
+    refuse_empty_scene(task, loaded)?;
     let watch = BudgetObserver {
         observer,
         deadline: task.film.budget.map(|budget| Instant::now() + budget),
     };
-    let (plan, ready, chosen) = task.prepare_shot(&mut loaded, &OnceCell::new(), &watch)?;
+    let (plan, ready, chosen) = task.prepare_first_job(loaded, &OnceCell::new(), &watch)?;
     messages::note_chosen_exposure(chosen, &mut notes);
     messages::note_stray_parts(&plan, &mut notes);
-    super::note_preparation(&mut loaded, &ready, &plan.settings, &mut notes);
-    super::refuse_impossible_denoising(task, &plan.settings, &ready, &mut notes)?;
+    super::note_preparation(loaded, &ready, &mut notes);
+    super::refuse_impossible_denoising(task, &ready, &mut notes)?;
     let mut film = ready.new_film("");
     let whole = film.full_part();
     ready
@@ -77,77 +73,40 @@ pub fn render_to_memory(
     if observer.is_cancelled() {
         return Err(Failure::new(Exit::Interrupted, NOTHING_KEPT));
     }
-    if let Some(reason) = scene_input::describe_empty_picture(&loaded, &rendered, &plan.settings)
-        .filter(|_| task.refuses_empty_pictures())
-    {
-        return Err(
-            scene_input::empty_picture_failure(&loaded.source.name, reason).with_hint(ALLOW_EMPTY),
-        );
-    }
+    let reason = scene_input::describe_empty_picture(loaded, &rendered, &plan.settings);
+    super::refuse_empty_picture(task, loaded, reason)?;
+    messages::note_lost_samples(&rendered.counters, &mut notes);
     let picture = RenderedPicture {
+        task,
         loaded,
-        ready,
-        plan,
-        film,
-        rendered,
+        ready: &ready,
+        plan: &plan,
+        film: &film,
+        rendered: &rendered,
+        noisy: rendered.error_before_denoising(&film),
     };
-    Ok(picture.finish(task, command, notes))
-}
-
-/// A picture in memory before its notes, its error and its metadata are known.
-struct RenderedPicture {
-    loaded: LoadedScene,
-    ready: ReadyScene,
-    plan: PicturePlan,
-    film: Film,
-    rendered: RenderOutput,
-}
-
-impl RenderedPicture {
-    /// Completes the picture with its notes, its error and its metadata, and composites it over a
-    /// background colour where one is set.
-    fn finish(self, task: &RenderTask, command: String, mut notes: Notes) -> FinishedPicture {
-        let Self {
-            loaded,
-            ready,
-            plan,
-            film,
-            rendered,
-        } = self;
-        messages::note_lost_samples(&rendered.counters, &mut notes);
-        super::note_picture(&loaded, &rendered, &plan, &[], &mut notes);
-        messages::note_unreached_lights(&loaded, &ready, &film, &mut notes);
-        let noisy = rendered.error_before_denoising(&film);
-        let noisy = super::select_reported_error(task, (&ready, &rendered), noisy.as_ref());
-        messages::report_error(noisy, &film, &rendered, task.max_error, &mut notes);
-        let shortfall = task
-            .max_error
-            .map(|requested| messages::describe_shortfall(requested, noisy, &film, &rendered));
-        let metadata = match task.files.has_metadata {
-            true => PictureMetadata {
-                command,
-                error: origin::format_error_metadata(noisy, &rendered, &film),
-                ..origin::picture_metadata(&loaded, &plan, &task.choices)
-            },
-            false => PictureMetadata::default(),
-        };
-        let background = plan.display.linear_background();
-        FinishedPicture {
-            error: rendered
-                .denoise_output()
-                .map(|denoised| denoised.error)
-                .or(noisy.copied()),
-            converged: shortfall.map(|shortfall| shortfall.is_none()),
-            samples: film::format_samples(&film, &film.full_part()),
-            metadata,
-            with_coverage: background.map(|_| rendered.clone()),
-            rendered: background
-                .map(|colour| rendered.composite_over(colour))
-                .unwrap_or(rendered),
-            display: plan.display,
-            notes: notes.into_texts(),
-        }
-    }
+    picture.add_notes(&[], &mut notes);
+    let requested = task.max_error;
+    let (error, converged) = (
+        picture.shown_error(),
+        requested.map(|_| picture.describe_shortfall().is_none()),
+    );
+    let metadata = picture.metadata(PictureMetadata {
+        command,
+        ..origin::picture_metadata(loaded, &plan, &task.choices)
+    });
+    let background = plan.display.linear_background();
+    let composited = background.map(|colour| rendered.composite_over(colour));
+    Ok(FinishedPicture {
+        error,
+        converged,
+        samples: film::format_samples(&film, &whole),
+        metadata,
+        with_coverage: background.map(|_| rendered.clone()),
+        rendered: composited.unwrap_or(rendered),
+        display: plan.display,
+        notes: notes.into_texts(),
+    })
 }
 
 impl FinishedPicture {

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use raywright_core::RenderOutput;
 use raywright_core::display::Display;
 use raywright_core::picture::Picture;
+use raywright_io::Error;
 use raywright_io::output::{self, PictureFormat, PictureMetadata, StoredFilm};
-use raywright_io::{Error, InputFiles};
 
 use crate::console;
 use crate::failure::{Exit, Failure};
 use crate::preparation::NOTHING_KEPT;
-use crate::targets::OutputTarget;
+use crate::targets::{FreePaths, OutputTarget, printable_path};
 
 /// Writes the picture to all targets and returns the names of the written files. A failed write
 /// does not stop the other writes. The picture of the failed target is then kept in the folder of
@@ -22,11 +22,11 @@ pub fn write_targets(
     targets: &[OutputTarget],
     display: Display,
     metadata: &PictureMetadata,
-    (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
+    free: FreePaths<'_>,
 ) -> Result<Vec<String>, Failure> {
     let (mut written, mut failed) = (Vec::new(), None);
     for target in targets {
-        match write_target(target, rendered, display, metadata, &is_free) {
+        match write_target(target, rendered, display, metadata, free) {
             Ok(name) => written.extend(name),
             Err(failure) => {
                 let fallback_path = target.path().and_then(|path| {
@@ -35,10 +35,8 @@ pub fn write_targets(
                         PictureFormat::from_path(path).ok()?,
                         display,
                     );
-                    write_to_fallback(path, (inputs, &is_free), |path, is_free| {
-                        output::write_picture_without_overwriting(
-                            path, &picture, display, metadata, is_free,
-                        )
+                    write_to_fallback(path, free, |path, is_free| {
+                        output::write_new_picture(path, &picture, display, metadata, is_free)
                     })
                 });
                 failed = Some(with_fallback_hint(
@@ -57,12 +55,12 @@ pub fn write_targets(
 /// replaced. Returns the new path; `None` if neither folder is writable.
 pub fn write_to_fallback(
     path: &Path,
-    (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
+    free: FreePaths<'_>,
     mut write: impl FnMut(&Path, &dyn Fn(&Path) -> bool) -> Result<PathBuf, Error>,
 ) -> Option<PathBuf> {
     let name = path.file_name()?;
-    let beside = inputs.files().next().and_then(Path::parent);
-    let is_new = |other: &Path| other.symlink_metadata().is_err() && is_free(other);
+    let beside = free.inputs.files().next().and_then(Path::parent);
+    let is_new = |other: &Path| other.symlink_metadata().is_err() && free.has(other);
     beside
         .map(Path::to_owned)
         .into_iter()
@@ -74,10 +72,10 @@ pub fn write_to_fallback(
 pub fn write_film_to_fallback(
     path: &Path,
     film: &mut StoredFilm,
-    outputs: (&InputFiles, impl Fn(&Path) -> bool),
+    free: FreePaths<'_>,
 ) -> Option<PathBuf> {
-    write_to_fallback(path, outputs, |path, is_free| {
-        output::write_film_without_overwriting(path, film, is_free)
+    write_to_fallback(path, free, |path, is_free| {
+        output::write_new_film(path, film, is_free)
     })
 }
 
@@ -86,10 +84,10 @@ pub fn write_film_to_fallback(
 pub fn write_film_or_copy(
     path: &Path,
     film: &mut StoredFilm,
-    outputs: (&InputFiles, impl Fn(&Path) -> bool),
+    free: FreePaths<'_>,
 ) -> Result<(), Failure> {
     output::write_film(path, film).map_err(|error| {
-        let copy = write_film_to_fallback(path, film, outputs);
+        let copy = write_film_to_fallback(path, film, free);
         with_fallback_hint(error.into(), "film", copy)
     })
 }
@@ -113,7 +111,7 @@ fn write_target(
     rendered: &RenderOutput,
     display: Display,
     metadata: &PictureMetadata,
-    is_free: impl Fn(&Path) -> bool,
+    free: FreePaths<'_>,
 ) -> Result<Option<String>, Failure> {
     Ok(match target {
         OutputTarget::Stdout => {
@@ -135,18 +133,13 @@ fn write_target(
         // A file of this name may have appeared during the render; the picture then gets a new
         // name.
         OutputTarget::Unnamed(path, format) => {
-            let is_free = |other: &Path| other == path || is_free(other);
+            let is_free = |other: &Path| other == path || free.has(other);
             let picture = select_picture_for_format(rendered, *format, display);
-            Some(printable_path(&output::write_picture_without_overwriting(
+            Some(printable_path(&output::write_new_picture(
                 path, &picture, display, metadata, is_free,
             )?))
         }
     })
-}
-
-/// Formats a path for a message of a single line, without control characters.
-pub fn printable_path(path: &Path) -> String {
-    console::mask_to_one_line(&path.display().to_string())
 }
 
 /// Returns the content of a file in this format. For EXR this is the picture with all layers,
@@ -177,24 +170,21 @@ pub fn interrupted_failure(
     series: Option<[usize; 2]>,
 ) -> Failure {
     let kept = match kept {
+        Ok(kept) => kept.join(", "),
         Err(error) => {
             return Failure {
                 exit: Exit::Interrupted,
                 message: error.to_string(),
             };
         }
-        Ok(kept) => kept.join(", "),
     };
-    let message = match (series, kept.as_str()) {
+    let count = series.map(|[finished, of]| format!("; {finished} of {of} pictures are finished"));
+    let message = match (count, kept.as_str()) {
         (None, "") => NOTHING_KEPT.to_owned(),
         (None, kept) => format!("interrupted; the unfinished picture is in {kept}"),
-        (Some([finished, total]), "") => {
-            format!("interrupted; {finished} of {total} pictures are finished")
-        }
-        (Some([finished, total]), kept) => {
-            format!(
-                "interrupted; {finished} of {total} pictures are finished; the unfinished pictures are in {kept}"
-            )
+        (Some(count), "") => format!("interrupted{count}"),
+        (Some(count), kept) => {
+            format!("interrupted{count}; the unfinished pictures are in {kept}")
         }
     };
     Failure::new(Exit::Interrupted, message)
@@ -207,7 +197,7 @@ pub fn write_partial_picture(
     targets: &[OutputTarget],
     display: Display,
     metadata: &PictureMetadata,
-    is_free: impl Fn(&Path) -> bool,
+    free: FreePaths<'_>,
 ) -> Result<Vec<String>, Error> {
     let has_samples = rendered.counters.samples > 0;
     let noisy = RenderOutput {
@@ -223,11 +213,11 @@ pub fn write_partial_picture(
         .map(|partial| {
             let picture =
                 select_picture_for_format(&noisy, PictureFormat::from_path(&partial)?, display);
-            output::write_picture_without_overwriting(
-                &partial, &picture, display, metadata, &is_free,
-            )
+            output::write_new_picture(&partial, &picture, display, metadata, |other: &Path| {
+                free.has(other)
+            })
+            .map(|name| printable_path(&name))
         })
-        .map(|name| name.map(|name| printable_path(&name)))
         .collect()
 }
 
@@ -235,8 +225,10 @@ pub fn write_partial_picture(
 mod tests {
     use raywright_core::settings::Settings;
     use raywright_core::{Observer, Scene, prepare};
+    use raywright_io::InputFiles;
 
     use super::*;
+    use crate::targets::OutputFiles;
 
     struct StoppedWriter;
 
@@ -274,7 +266,7 @@ mod tests {
                 &targets,
                 Display::default(),
                 &PictureMetadata::default(),
-                |_| true,
+                OutputFiles::default().beside(&InputFiles::default()),
             );
             let failure = interrupted_failure(kept, None);
             assert_eq!(failure.exit, Exit::Interrupted);

@@ -1,6 +1,5 @@
 //! `stability`: errors and cost of the library in hard numerical cases, measured on this machine.
 
-mod page;
 mod text;
 
 use std::time::Instant;
@@ -93,8 +92,8 @@ type ReportFormat = fn(&StabilityReport) -> String;
 
 /// Formats of the report for a file, each with the extension that selects it.
 const FORMATS: [(&str, ReportFormat); 4] = [
-    ("html", page::build_page),
-    ("svg", |report| page::build_margin_plot(report).to_svg()),
+    ("html", text::build_page),
+    ("svg", |report| text::build_margin_plot(report).to_svg()),
     ("md", text::format_markdown),
     ("json", console::format_json),
 ];

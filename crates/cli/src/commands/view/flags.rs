@@ -1,18 +1,12 @@
 //! The viewer's current view as a `render` command: the flags with which the program was started,
 //! and the flags changed on the viewer's web page.
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 
-use clap::parser::ValueSource;
-use clap::{ArgAction, ArgMatches, CommandFactory};
-
-use crate::args::Arguments;
+use crate::args::{self, Flag};
 use crate::embedded::EmbeddedCommand;
 use crate::failure::{Exit, Failure};
 use crate::origin;
-
-/// A flag: its long name, and its value if the flag takes one.
-pub type Flag = (String, Option<String>);
 
 /// Flags that the viewer's web page may set. No such flag names a file, raises a limit or grants
 /// access.
@@ -69,13 +63,7 @@ impl ViewCommand {
     /// Splits the `render` flags of the program's command line. Returns the command with the flags
     /// that the web page cannot change, and a list of the flags that the page may change.
     pub fn from_command_line(scene: OsString, words: Vec<OsString>) -> (Self, Vec<Flag>) {
-        let matches = Arguments::command().try_get_matches_from(words).ok();
-        let typed = matches
-            .as_ref()
-            .and_then(ArgMatches::subcommand)
-            .map(|(_, matches)| list_typed_flags(matches))
-            .unwrap_or_default();
-        let (own, fixed) = typed
+        let (own, fixed) = args::list_render_flags(words)
             .into_iter()
             .partition(|(name, _)| PAGE_FLAGS.contains(&name.as_str()));
         (
@@ -141,40 +129,12 @@ impl ViewCommand {
     }
 }
 
-/// Lists the flags that the user typed on the command line of `render`, by their long names.
-fn list_typed_flags(matches: &ArgMatches) -> Vec<Flag> {
-    let program = Arguments::command();
-    let Some(render) = program.find_subcommand("render") else {
-        return Vec::new();
-    };
-    let mut flags = Vec::new();
-    for arg in render.get_arguments() {
-        let (id, Some(name)) = (arg.get_id().as_str(), arg.get_long()) else {
-            continue;
-        };
-        if matches.try_contains_id(id).is_err()
-            || matches.value_source(id) != Some(ValueSource::CommandLine)
-        {
-            continue;
-        }
-        if matches!(arg.get_action(), ArgAction::SetTrue) {
-            flags.push((name.to_owned(), None));
-            continue;
-        }
-        for occurrence in matches.get_raw_occurrences(id).into_iter().flatten() {
-            let value = occurrence
-                .map(OsStr::to_string_lossy)
-                .collect::<Vec<_>>()
-                .join(",");
-            flags.push((name.to_owned(), Some(value)));
-        }
-    }
-    flags
-}
-
 #[cfg(test)]
 mod tests {
+    use clap::CommandFactory;
+
     use super::*;
+    use crate::args::Arguments;
 
     fn command(words: &str) -> (ViewCommand, Vec<Flag>) {
         let words = ["raywright", "view", "a b.glb"]

@@ -2,14 +2,12 @@
 //!
 //! One thread computes (`worker`). Its input is the page's latest request, a set of flags. The
 //! thread does only the work that the request needs (`viewed_scene`): first a coarse preview, then
-//! the render in slices of time (`progress`). Other threads serve HTTP requests (`server`, `http`).
+//! the render in slices of time (`progress`). Other threads serve HTTP requests (`server`).
 //! All threads communicate through `shared` only.
 
 mod flags;
-mod http;
 mod layers;
 mod progress;
-mod save;
 mod server;
 mod shared;
 mod status;

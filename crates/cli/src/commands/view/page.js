@@ -13,7 +13,7 @@ let initial = []; // those that the program began with
 let layer = "";
 let status = null; // what the program said last
 let camera = null; // where the camera is, ahead of what the program knows of it
-let sent = { wish: 0, at: 0, busy: false, dirty: false, anew: false };
+let sent = { request: 0, at: 0, busy: false, dirty: false, anew: false };
 
 // ---- the state: flags
 
@@ -31,8 +31,8 @@ async function wish({ anew = false } = {}) {
   sent.anew = false;
   const began = performance.now();
   try {
-    const answer = await fetch("wish", { method: "POST", body });
-    if (answer.ok) Object.assign(sent, { wish: (await answer.json()).wish, at: began });
+    const answer = await fetch("request", { method: "POST", body });
+    if (answer.ok) Object.assign(sent, { request: (await answer.json()).request, at: began });
     else showFailure(await answer.text());
   } catch { /* The program has ended, which the next question for its status will find. */ }
   sent.busy = false;
@@ -44,11 +44,11 @@ async function wish({ anew = false } = {}) {
 async function listen() {
   for (;;) {
     try {
-      const answer = await fetch(`status?after=${status?.told ?? 0}`);
+      const answer = await fetch(`status?after=${status?.number ?? 0}`);
       if (!answer.ok) throw new Error(await answer.text());
       const before = status;
       status = await answer.json();
-      if (status.told === before?.told) continue;
+      if (status.number === before?.number) continue;
       if (status.picture && status.picture !== before?.picture) await draw();
       show();
     } catch (error) {
@@ -73,7 +73,7 @@ async function draw() {
   context.drawImage(bitmap, 0, 0, width * edge, height * edge);
   Object.assign(document.body.dataset, { picture: number, edge });
   document.body.dataset.first ??= performance.now().toFixed(0);
-  if (status.wish >= sent.wish && sent.at) {
+  if (status.request >= sent.request && sent.at) {
     document.body.dataset.latency = (performance.now() - sent.at).toFixed(0);
     sent.at = 0;
     if (playing) requestAnimationFrame(advance);
@@ -85,12 +85,12 @@ function show() {
   if (flags === null) [flags, initial, layer] = [status.flags, status.flags, status.layer];
   showFailure(failure);
   document.body.dataset.phase = status.phase;
-  $("phase").textContent = [status.phase, status.said].filter(Boolean).join(": ");
+  $("phase").textContent = [status.phase, status.message].filter(Boolean).join(": ");
   $("command").textContent = status.command;
   if (progress) showProgress(progress);
   if (!scene) return;
   $("name").textContent = document.title = scene.name;
-  if (!pointers.size && status.wish >= sent.wish) camera = scene.camera;
+  if (!pointers.size && status.request >= sent.request) camera = scene.camera;
   showControls(scene);
   showEffects();
 }

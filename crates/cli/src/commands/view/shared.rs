@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
-use super::flags::Flag;
+use crate::args::Flag;
 
 /// View that the page requests: flags and a layer.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]

@@ -8,37 +8,10 @@ use raywright_core::film::Uncertainty;
 use raywright_core::scene::{Camera, Pinhole, Pose, Projection};
 use raywright_io::SceneFormat;
 use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::flags::Flag;
 use super::viewed_scene::ViewedScene;
 use crate::origin;
-
-/// Status of the viewer, which the page's script reads as JSON by these names of fields.
-#[derive(Serialize)]
-pub struct ViewStatus {
-    /// Number of the status, which rises with each change.
-    pub told: u64,
-    /// Number of the page's request that the status belongs to.
-    pub wish: u64,
-    /// Current activity: `rendering`, `done` or `failed`.
-    pub phase: &'static str,
-    /// Message of the last failure of a request or of the scene's files, which the page shows over
-    /// the last picture.
-    pub failure: Option<String>,
-    /// Description of the work done for the request, and its duration.
-    pub said: String,
-    /// Command that renders the current view.
-    pub command: String,
-    pub flags: Vec<Flag>,
-    pub layer: String,
-    /// Number of the displayed picture.
-    pub picture: u64,
-    /// Width and height of the picture in pixels.
-    pub size: [u32; 2],
-    pub progress: Option<RenderProgress>,
-    pub scene: Option<SceneStatus>,
-    pub effects: Vec<EffectSwitch>,
-}
 
 /// Progress of the viewer's current render.
 #[derive(Clone, Default, Serialize)]
@@ -67,110 +40,44 @@ pub struct RenderProgress {
     pub hash: Option<String>,
 }
 
-/// Contents of the displayed scene, from which the page offers choices.
-#[derive(Serialize)]
-pub struct SceneStatus {
-    pub name: String,
-    pub cameras: Vec<String>,
-    pub scenes: Vec<String>,
-    pub variants: Vec<String>,
-    pub animations: Vec<String>,
-    pub parameters: BTreeMap<String, f64>,
-    /// Time of the animation that the picture shows, in seconds.
-    pub at: f64,
-    /// Length of the animation in seconds; null for a static scene.
-    pub seconds: Option<f64>,
-    pub camera: CameraStatus,
-    /// Exposure of the displayed picture in stops.
-    pub exposure: f64,
-    pub tonemap: String,
-    pub denoise: bool,
-    pub notes: Vec<String>,
-}
-
-/// Position and field of view of the displayed camera.
-#[derive(Serialize)]
-pub struct CameraStatus {
-    pub eye: [f64; 3],
-    pub target: [f64; 3],
-    pub up: [f64; 3],
-    /// Vertical field of view in degrees; approximate if the camera states a horizontal one, null
-    /// for parallel projections.
-    pub fov: Option<f64>,
-}
-
-/// An effect of the scene, as `explain` lists it, with its switch on the page.
-#[derive(Serialize)]
-pub struct EffectSwitch {
-    pub name: String,
-    /// Name of the effect for `--without`.
-    pub word: String,
-    pub status: &'static str,
-    /// Reason for the status of the effect.
-    pub because: String,
-    /// Whether `--without` can switch the effect off.
-    pub can_switch: bool,
-    /// Additional time of a render with the effect, divided by the time of a render without the
-    /// effect; null before a measurement.
-    pub cost: Option<f64>,
-}
-
 /// Length in seconds that the page offers for a scene file with time expressions. The scene file
 /// states no length.
 const DEFAULT_LENGTH: f64 = 10.0;
 
-impl SceneStatus {
-    /// Collects the contents of the displayed scene.
-    pub fn from_scene(subject: &ViewedScene) -> Self {
-        let ViewedScene { loaded, plan, .. } = subject;
-        let contents = &loaded.contents;
-        let animation_seconds = match loaded.source.format {
-            SceneFormat::Native(_) => loaded
-                .source
-                .text
-                .as_deref()
-                .is_some_and(contains_time_variable)
-                .then_some(DEFAULT_LENGTH),
-            _ => contents
-                .animation_seconds(subject.load_options().model.animation.as_deref())
-                .filter(|seconds| *seconds > 0.0),
-        };
-        Self {
-            name: loaded.source.name.clone(),
-            cameras: loaded
-                .scene
-                .cameras
-                .iter()
-                .map(|camera| camera.name.clone())
-                .collect(),
-            scenes: contents.scenes.clone(),
-            variants: contents.variants.clone(),
-            animations: contents
-                .animations
-                .iter()
-                .map(|animation| animation.name.clone())
-                .collect(),
-            parameters: loaded.scene.parameters.clone(),
-            at: subject
-                .load_options()
-                .overrides
-                .time
-                .unwrap_or(loaded.scene.t),
-            seconds: animation_seconds,
-            camera: CameraStatus::from_camera(
-                plan.settings.camera.as_ref(),
-                subject.bounding_sphere,
-            ),
-            exposure: plan.display.exposure_stops,
-            tonemap: origin::variant_name(&plan.display.tone_map),
-            denoise: plan.settings.denoise,
-            notes: loaded
-                .warnings
-                .iter()
-                .map(|warning| warning.message.clone())
-                .collect(),
+/// Describes the displayed scene, from which the page offers choices: `at` is the time of the
+/// animation that the picture shows, `seconds` the animation's length, null for a static scene.
+pub fn scene_status(subject: &ViewedScene) -> Value {
+    let ViewedScene { loaded, plan, .. } = subject;
+    let (scene, contents) = (&loaded.scene, &loaded.contents);
+    let options = subject.load_options();
+    let seconds = match loaded.source.format {
+        SceneFormat::Native(_) => {
+            let text = loaded.source.text.as_deref();
+            let moves = text.is_some_and(contains_time_variable);
+            moves.then_some(DEFAULT_LENGTH)
         }
-    }
+        _ => contents
+            .animation_seconds(options.model.animation.as_deref())
+            .filter(|seconds| *seconds > 0.0),
+    };
+    let cameras: Vec<&String> = scene.cameras.iter().map(|camera| &camera.name).collect();
+    let animations: Vec<&String> = contents.animations.iter().map(|item| &item.name).collect();
+    let notes: Vec<&String> = loaded.warnings.iter().map(|item| &item.message).collect();
+    json!({
+        "name": loaded.source.name,
+        "cameras": cameras,
+        "scenes": contents.scenes,
+        "variants": contents.variants,
+        "animations": animations,
+        "parameters": scene.parameters,
+        "at": options.overrides.time.unwrap_or(scene.t),
+        "seconds": seconds,
+        "camera": camera_status(plan.settings.camera.as_ref(), subject.bounding_sphere),
+        "exposure": plan.display.exposure_stops,
+        "tonemap": origin::variant_name(&plan.display.tone_map),
+        "denoise": plan.settings.denoise,
+        "notes": notes,
+    })
 }
 
 /// Whether an expression in the text of a scene file contains the variable `t`.
@@ -185,84 +92,68 @@ fn contains_time_variable(text: &str) -> bool {
     })
 }
 
-impl CameraStatus {
-    /// Converts a camera to eye, target and up vector. A camera given by its axes has no target;
-    /// its target is placed at the distance of the scene's centre.
-    fn from_camera(camera: Option<&Camera>, (middle, radius): ([f64; 3], f64)) -> Self {
-        let Some(camera) = camera else {
-            return Self {
-                eye: [0.0, 0.0, 1.0],
-                target: [0.0; 3],
-                up: [0.0, 1.0, 0.0],
-                fov: None,
-            };
-        };
-        let (eye, target, up) = match camera.pose {
-            Pose::LookAt { eye, target, up } => (eye, target, up),
-            Pose::Orbit { target, .. } => (camera.pose.eye().into(), target, [0.0, 1.0, 0.0]),
-            Pose::Axes { eye, back, .. } => {
-                let ahead = -DVec3::from(back);
-                let distance = (DVec3::from(middle) - DVec3::from(eye)).dot(ahead);
-                let distance = if distance > 0.01 * radius {
-                    distance
-                } else {
-                    radius
-                };
-                (
-                    eye,
-                    (DVec3::from(eye) + distance * ahead).into(),
-                    [0.0, 1.0, 0.0],
-                )
-            }
-        };
-        let fov = match &camera.projection {
-            Projection::Orthographic { .. } => None,
-            Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => {
-                Some(match *pinhole {
-                    Pinhole {
-                        vertical_fov: Some(fov),
-                        ..
-                    } => fov,
-                    Pinhole {
-                        focal_length: Some(length),
-                        ..
-                    } => 2.0 * libm::atan(0.5 / length).to_degrees(),
-                    Pinhole { horizontal_fov, .. } => horizontal_fov.unwrap_or(40.0) * 9.0 / 16.0,
-                })
-            }
-        };
-        Self {
-            eye,
-            target,
-            up,
-            fov,
+/// Converts a camera to eye, target and up vector. A camera given by its axes has no target; its
+/// target is placed at the distance of the scene's centre. `fov` is the vertical field of view in
+/// degrees: approximate if the camera states a horizontal one, null for parallel projections.
+fn camera_status(camera: Option<&Camera>, (middle, radius): ([f64; 3], f64)) -> Value {
+    let upright = [0.0, 1.0, 0.0];
+    let Some(camera) = camera else {
+        return json!({ "eye": [0.0, 0.0, 1.0], "target": [0.0, 0.0, 0.0], "up": upright, "fov": null });
+    };
+    let (eye, target, up) = match camera.pose {
+        Pose::LookAt { eye, target, up } => (eye, target, up),
+        Pose::Orbit { target, .. } => (camera.pose.eye().into(), target, upright),
+        Pose::Axes { eye, back, .. } => {
+            let ahead = -DVec3::from(back);
+            let distance = (DVec3::from(middle) - DVec3::from(eye)).dot(ahead);
+            let is_ahead = distance > 0.01 * radius;
+            let distance = if is_ahead { distance } else { radius };
+            let target = DVec3::from(eye) + distance * ahead;
+            (eye, target.into(), upright)
         }
-    }
+    };
+    let fov = match &camera.projection {
+        Projection::Orthographic { .. } => None,
+        Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => {
+            Some(match *pinhole {
+                Pinhole {
+                    vertical_fov: Some(fov),
+                    ..
+                } => fov,
+                Pinhole {
+                    focal_length: Some(length),
+                    ..
+                } => 2.0 * libm::atan(0.5 / length).to_degrees(),
+                Pinhole { horizontal_fov, .. } => horizontal_fov.unwrap_or(40.0) * 9.0 / 16.0,
+            })
+        }
+    };
+    json!({ "eye": eye, "target": target, "up": up, "fov": fov })
 }
 
-/// Lists the effects of a scene for the page: all that are simulated, left out or can be switched
-/// off.
-pub fn list_effect_switches(
-    report: &EffectReport,
-    costs: &BTreeMap<String, f64>,
-) -> Vec<EffectSwitch> {
-    let shown = report.effects.iter().filter(|finding| {
-        finding.status != EffectStatus::Absent || SWITCHABLE_EFFECTS.has(finding.effect)
+/// Lists the effects that the scene has or that can be switched off, as `explain` lists them, each
+/// with its name for `--without` (`word`) and the additional time of a render with it, as a share of
+/// the time without it (`cost`; null before it is measured).
+pub fn list_effect_switches(report: &EffectReport, costs: &BTreeMap<String, f64>) -> Vec<Value> {
+    let switches = report.effects.iter().filter_map(|finding| {
+        let can_switch = SWITCHABLE_EFFECTS.has(finding.effect);
+        let status = match finding.status {
+            EffectStatus::Simulated => "simulated",
+            EffectStatus::Absent if !can_switch => return None,
+            EffectStatus::Absent => "absent",
+            EffectStatus::LeftOut => "left-out",
+        };
+        let name = finding.effect.name();
+        Some(json!({
+            "name": name,
+            "word": name.replace(' ', "-"),
+            "status": status,
+            "because": finding.because,
+            "can_switch": can_switch,
+            "cost": costs.get(name),
+        }))
     });
-    shown
-        .map(|finding| EffectSwitch {
-            name: finding.effect.name().to_owned(),
-            word: finding.effect.name().replace(' ', "-"),
-            status: match finding.status {
-                EffectStatus::Simulated => "simulated",
-                EffectStatus::Absent => "absent",
-                EffectStatus::LeftOut => "left-out",
-            },
-            because: finding.because.clone(),
-            can_switch: SWITCHABLE_EFFECTS.has(finding.effect),
-            cost: costs.get(finding.effect.name()).copied(),
-        })
-        .collect()
+    switches.collect()
 }
 
 #[cfg(test)]

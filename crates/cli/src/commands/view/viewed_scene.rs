@@ -66,7 +66,7 @@ impl ViewedScene {
             return Err(failure);
         }
         let silhouette = OnceCell::new();
-        let (plan, ready, exposure) = task.prepare_shot(&mut loaded, &silhouette, watch)?;
+        let (plan, ready, exposure) = task.prepare_first_job(&mut loaded, &silhouette, watch)?;
         let bounds = measure_scene_extent(&loaded.scene, plan.settings.precision).bounds;
         let reach = if bounds.is_empty() {
             ([0.0; 3], 1.0)
@@ -97,8 +97,7 @@ impl ViewedScene {
             *self = Self::load(name, task, watch)?;
             return Ok(SceneChange::Reading);
         }
-        let mut plan =
-            task.resolve_shot(&mut self.loaded.scene, &task.shots[0], &self.silhouette)?;
+        let mut plan = task.resolve_job(&mut self.loaded.scene, &task.jobs[0], &self.silhouette)?;
         let of_scene = |settings: &Settings| Settings {
             camera: None,
             ..settings.clone()

@@ -202,6 +202,49 @@ fn a_turned_camera_stands_upright() {
     );
 }
 
+/// Protects: a camera that frames the scene from above stands upright after a flag moves it, unless
+/// it still looks straight down; a look-at of the file keeps its own up vector.
+#[test]
+fn a_moved_top_view_stands_upright() {
+    let top = |eye: Triple| {
+        let args = ViewArgs {
+            eye: Some(eye),
+            ..ViewArgs::default()
+        };
+        let framed = |_, _| Camera {
+            pose: Pose::LookAt {
+                eye: [0.0, 5.0, 0.0],
+                target: [0.0; 3],
+                up: [0.0, 0.0, -1.0],
+            },
+            ..scene().cameras[0].clone()
+        };
+        let camera = resolve_camera(&Scene::default(), (&args, None), framed);
+        camera.expect("a camera").expect("one").pose
+    };
+    let up_of = |pose: Pose| match pose {
+        Pose::LookAt { up, .. } => up,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(up_of(top([3.0, 4.0, 0.0])), [0.0, 1.0, 0.0]);
+    assert_eq!(up_of(top([0.0, 9.0, 0.0])), [0.0, 0.0, -1.0]);
+    let mut scene = scene();
+    scene.cameras[0].pose = Pose::LookAt {
+        eye: [0.0, 0.0, 5.0],
+        target: [0.0; 3],
+        up: [1.0, 0.0, 0.0],
+    };
+    let args = ViewArgs {
+        eye: Some([0.0, 3.0, 5.0]),
+        ..ViewArgs::default()
+    };
+    let own = resolve_camera(&scene, (&args, None), |_, _| {
+        panic!("the scene has cameras")
+    });
+    let own = own.expect("a camera").expect("one").pose;
+    assert_eq!(up_of(own), [1.0, 0.0, 0.0]);
+}
+
 /// Protects: an animated camera that a flag places stands still, and keeps its exposure time
 /// for the motion of objects.
 #[test]

@@ -288,13 +288,9 @@ fn unnamed_pictures_make_way() {
     let at = |name: &str| folder.path().join(name);
     let put = |name: &str, width| {
         let picture = Picture::new(width, 1);
-        write_picture_without_overwriting(
-            &at(name),
-            &picture,
-            Display::PLAIN,
-            &metadata(),
-            |path| path != at("b-2.png"),
-        )
+        write_new_picture(&at(name), &picture, Display::PLAIN, &metadata(), |path| {
+            path != at("b-2.png")
+        })
         .unwrap()
     };
     let width = |name: &str| {

@@ -1,7 +1,5 @@
 //! One picture of a run: rendered, written to its files, and counted in the messages of the run.
 
-use std::path::Path;
-
 use raywright_core::denoise::DenoiseError;
 use raywright_core::film::Uncertainty;
 use raywright_core::{ReadyScene, RenderOutput};
@@ -9,16 +7,15 @@ use raywright_io::LoadedScene;
 use raywright_io::output::{PictureMetadata, write_atomically};
 
 use super::super::film::FilmRender;
-use super::super::{self as render, ALLOW_EMPTY, messages, write};
-use super::PictureSeries;
-use super::scene_at_time::SceneAtTime;
-use crate::clock::StageSeconds;
-use crate::commands::denoise;
+use super::super::{self as render, RenderedPicture, messages, write};
+use super::{PictureSeries, SceneAtTime};
+use crate::commands::films;
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::plan::{PicturePlan, Shot, choose_exposure};
+use crate::plan::{PictureJob, PicturePlan, RenderTask, choose_exposure};
 use crate::scene_input;
-use crate::stats::RenderStats;
+use crate::session::StageSeconds;
+use crate::stats::render_stats;
 
 /// A rendered picture of a series, before it is written.
 struct RenderedFrame<'a> {
@@ -42,32 +39,37 @@ impl RenderedFrame<'_> {
             || matches!(self.rendered.denoised, Some(Err(DenoiseError::Cancelled)))
     }
 
-    /// Returns the estimated error that the final message and the picture's file report.
-    fn reported_error(
-        &self,
-        series: &PictureSeries<'_>,
-        ready: &ReadyScene,
-    ) -> Option<&Uncertainty> {
-        render::select_reported_error(series.task, (ready, &self.rendered), self.noisy.as_ref())
+    /// Returns the picture with its scene, for messages and files.
+    fn picture<'b>(
+        &'b self,
+        task: &'b RenderTask,
+        (loaded, ready): (&'b LoadedScene, &'b ReadyScene),
+    ) -> RenderedPicture<'b> {
+        RenderedPicture {
+            task,
+            loaded,
+            ready,
+            plan: &self.plan,
+            film: self.film_render.film(),
+            rendered: &self.rendered,
+            noisy: self.noisy,
+        }
     }
 }
 
 impl<'a> PictureSeries<'a> {
     /// Renders a picture and writes it. `number` is the index of the picture in the run.
-    pub(super) fn render_shot(
+    pub(super) fn render_job(
         &mut self,
         number: usize,
         moment: &mut SceneAtTime,
     ) -> Result<(), Failure> {
-        let shot = &self.jobs[number].shot.clone();
-        let mut plan = moment.resolve_plan(self.task, shot)?;
+        let task = self.task;
+        let job = &task.jobs[number];
+        let mut plan = task.resolve_job(&mut moment.loaded.scene, job, &moment.silhouette)?;
         let load = self.session.clock.lap();
         self.prepare_picture(&plan, moment)?;
-        let seconds = StageSeconds {
-            load,
-            prepare: self.session.clock.lap(),
-            ..StageSeconds::default()
-        };
+        let prepare = self.session.clock.lap();
         let SceneAtTime {
             loaded,
             ready: Some(ready),
@@ -80,28 +82,26 @@ impl<'a> PictureSeries<'a> {
         self.refuse_empty_view(loaded, ready, &plan)?;
         self.expose_picture((loaded, ready), &mut plan);
         let notes = &mut self.session.notes;
-        render::note_preparation(loaded, ready, &plan.settings, notes);
-        render::refuse_impossible_denoising(self.task, &plan.settings, ready, notes)?;
-        let film_render = render::start_film_render(
-            self.task,
-            &self.shot_load_options(shot),
-            (loaded, ready),
-            (&plan, &shot.label),
-        )?;
+        render::note_preparation(loaded, ready, notes);
+        render::refuse_impossible_denoising(task, ready, notes)?;
+        let options = self.job_load_options(job);
+        let film_render = FilmRender::start(task, &options, (loaded, ready), (&plan, &job.label))?;
         let film_render = self.render_film(film_render, ready)?;
         let (rendered, noisy) = self.develop_film(&film_render);
         let [render, render_cpu] = self.session.clock.lap_with_cpu();
         let frame = RenderedFrame {
             number,
-            caption: self.format_caption(shot, &loaded.source.stem),
+            caption: self.format_caption(job, &loaded.source.stem),
             plan,
             film_render,
             rendered,
             noisy,
             seconds: StageSeconds {
+                load,
+                prepare,
                 render,
                 render_cpu,
-                ..seconds
+                ..StageSeconds::default()
             },
         };
         self.finish_frame(frame, (loaded, ready))
@@ -116,15 +116,9 @@ impl<'a> PictureSeries<'a> {
     ) -> Result<(), Failure> {
         match moment.prepare_picture(plan, &self.session) {
             Err(failure) if failure.exit == Exit::Interrupted && !self.task.is_single => {
-                let is_free = |path: &Path| {
-                    self.session
-                        .outputs
-                        .is_free_path(path, &moment.loaded.inputs)
-                };
-                Err(write::interrupted_failure(
-                    self.combined_files.write_partial_files(is_free),
-                    Some([self.summary.finished, self.jobs.len()]),
-                ))
+                let free = self.session.outputs.beside(&moment.loaded.inputs);
+                let kept = self.combined_files.write_partial_files(free);
+                Err(write::interrupted_failure(kept, self.counts()))
             }
             prepared => prepared,
         }
@@ -161,7 +155,7 @@ impl<'a> PictureSeries<'a> {
         let film = film_render.film();
         self.session.run(|| {
             let (display, watch) = ((self.task.progress, verbosity), self.session.observer());
-            let rendered = denoise::denoise_with_progress(film, display, watch);
+            let rendered = films::denoise_with_progress(film, display, watch);
             let noisy = rendered.error_before_denoising(film);
             (rendered, noisy)
         })
@@ -169,12 +163,17 @@ impl<'a> PictureSeries<'a> {
 
     /// Formats the label of a picture in a contact sheet: the caption of its shot, and in a run of
     /// several scenes the name of its scene before.
-    fn format_caption(&self, shot: &Shot, scene: &str) -> String {
-        match (self.inputs.len(), shot.caption.as_str()) {
+    fn format_caption(&self, job: &PictureJob, scene: &str) -> String {
+        match (self.inputs.len(), job.caption.as_str()) {
             (_, "") => scene.to_owned(),
             (1, caption) => caption.to_owned(),
             (_, caption) => format!("{scene} {caption}"),
         }
+    }
+
+    /// Returns the number of finished pictures and of all pictures, if the run has several.
+    fn counts(&self) -> Option<[usize; 2]> {
+        (!self.task.is_single).then_some([self.summary.finished, self.task.jobs.len()])
     }
 
     /// Writes a picture, finished or interrupted, and records its messages.
@@ -186,16 +185,11 @@ impl<'a> PictureSeries<'a> {
         if frame.film_render.is_done() {
             self.refuse_empty_picture(loaded, &frame.rendered, &frame.plan)?;
         }
-        let metadata = render::picture_metadata(
-            self.task,
-            &frame.film_render,
-            &frame.rendered,
-            frame.reported_error(self, ready),
-        );
-        let is_free = |path: &Path| self.session.outputs.is_free_path(path, &loaded.inputs);
-        frame
-            .film_render
-            .keep_unwritten_film((&loaded.inputs, is_free));
+        let origin = frame.film_render.metadata().clone();
+        let picture = frame.picture(self.task, (loaded, ready));
+        let metadata = picture.metadata(origin);
+        let free = self.session.outputs.beside(&loaded.inputs);
+        frame.film_render.keep_unwritten_film(free);
         if frame.is_interrupted() {
             return Err(self.keep_interrupted_frame(&frame, &metadata, loaded));
         }
@@ -204,7 +198,13 @@ impl<'a> PictureSeries<'a> {
         }
         let clock = &mut self.session.clock;
         (frame.seconds.write, frame.seconds.total) = (clock.lap(), clock.total_seconds());
-        self.write_statistics(&frame, (loaded, ready))?;
+        let lost = messages::note_lost_samples(&frame.rendered.counters, &mut self.session.notes);
+        loaded.warnings.extend(lost);
+        if let Some(path) = &self.task.files.stats {
+            let measured = (&frame.rendered, frame.noisy);
+            let stats = render_stats((loaded, ready), measured, frame.seconds);
+            write_atomically(path, console::format_json(&stats).as_bytes())?;
+        }
         self.report_frame(&frame, (loaded, ready));
         self.summary.finished += 1;
         self.progress.finish_work_piece();
@@ -220,23 +220,15 @@ impl<'a> PictureSeries<'a> {
         metadata: &PictureMetadata,
         loaded: &LoadedScene,
     ) -> Failure {
-        let is_free = |path: &Path| self.session.outputs.is_free_path(path, &loaded.inputs);
-        let own = write::write_partial_picture(
-            &frame.rendered,
-            &self.jobs[frame.number].targets,
-            frame.plan.display,
-            metadata,
-            is_free,
-        );
+        let (targets, display) = (&self.targets[frame.number], frame.plan.display);
+        let free = self.session.outputs.beside(&loaded.inputs);
+        let own = write::write_partial_picture(&frame.rendered, targets, display, metadata, free);
+        let film_render = &frame.film_render;
         let kept = own.and_then(|own| {
-            Ok(frame.film_render.with_checkpoint_path(
-                [own, self.combined_files.write_partial_files(is_free)?].concat(),
-            ))
+            let files = [own, self.combined_files.write_partial_files(free)?].concat();
+            Ok(film_render.with_checkpoint_path(files))
         });
-        let of = (!self.task.is_single).then_some([self.summary.finished, self.jobs.len()]);
-        frame
-            .film_render
-            .with_resume_hint(write::interrupted_failure(kept, of))
+        film_render.with_resume_hint(write::interrupted_failure(kept, self.counts()))
     }
 
     /// Writes a finished picture to its files, prints the hash of its pixels where requested, and
@@ -248,14 +240,9 @@ impl<'a> PictureSeries<'a> {
         loaded: &LoadedScene,
     ) -> Result<(), Failure> {
         let (rendered, display) = (&frame.rendered, frame.plan.display);
-        let is_free = |path: &Path| self.session.outputs.is_free_path(path, &loaded.inputs);
-        let names = write::write_targets(
-            rendered,
-            &self.jobs[frame.number].targets,
-            display,
-            metadata,
-            (&loaded.inputs, is_free),
-        )?;
+        let targets = &self.targets[frame.number];
+        let free = self.session.outputs.beside(&loaded.inputs);
+        let names = write::write_targets(rendered, targets, display, metadata, free)?;
         render::print_pixel_hash(self.task, (rendered, display), &names, &frame.caption)?;
         self.summary
             .written_files
@@ -264,68 +251,32 @@ impl<'a> PictureSeries<'a> {
             .add_picture(rendered.final_picture(), display, &frame.caption)
     }
 
-    /// Warns of samples that a picture lacks, and writes the file of `--stats` where requested.
-    fn write_statistics(
-        &mut self,
-        frame: &RenderedFrame<'_>,
-        (loaded, ready): (&mut LoadedScene, &ReadyScene),
-    ) -> Result<(), Failure> {
-        let (counters, notes) = (&frame.rendered.counters, &mut self.session.notes);
-        let lost = messages::note_lost_samples(counters, notes);
-        loaded.warnings.extend(lost);
-        if let Some(path) = &self.task.files.stats {
-            let stats =
-                RenderStats::new(loaded, ready, &frame.rendered, frame.noisy, frame.seconds);
-            write_atomically(path, console::format_json(&stats).as_bytes())?;
-        }
-        Ok(())
-    }
-
     /// Records the notes about a written picture, and its part in the final message of the run.
     fn report_frame(
         &mut self,
         frame: &RenderedFrame<'_>,
         (loaded, ready): (&LoadedScene, &ReadyScene),
     ) {
-        let RenderedFrame {
-            plan,
-            film_render,
-            rendered,
-            ..
-        } = frame;
-        let (task, film) = (self.task, film_render.film());
-        let reported = frame.reported_error(self, ready);
-        let notes = &mut self.session.notes;
-        render::note_picture(
-            loaded,
-            rendered,
-            plan,
-            &self.jobs[frame.number].targets,
-            notes,
-        );
-        messages::note_unreached_lights(loaded, ready, film, notes);
-        if let Some(noisy) = reported {
-            messages::note_denoising(noisy, &plan.settings, notes);
+        let picture = frame.picture(self.task, (loaded, ready));
+        let (settings, notes) = (&frame.plan.settings, &mut self.session.notes);
+        let error = picture.add_notes(&self.targets[frame.number], notes);
+        let error = error.map(|error| format!(", {error}")).unwrap_or_default();
+        if let Some(noisy) = picture.reported_error() {
+            messages::note_denoising(noisy, settings, notes);
         }
-        self.summary.description = [
-            render::describe_picture(task, &plan.settings, film_render, rendered, reported, notes),
-            render::format_size_and_samples(&plan.settings, film_render),
-        ];
-        self.summary
-            .shortfalls
-            .extend(task.max_error.and_then(|requested| {
-                messages::describe_shortfall(requested, reported, film, rendered)
-            }));
-        if task.is_single {
-            notes
-                .print_detail(messages::format_details(ready, rendered, &frame.seconds).trim_end());
+        let [width, height] = settings
+            .crop
+            .map_or(settings.size, |crop| [crop.width, crop.height]);
+        let samples = frame.film_render.format_samples();
+        let described = format!("{width}x{height}, {samples}");
+        self.summary.description = [format!("{described}{error}"), described];
+        self.summary.shortfalls.extend(picture.describe_shortfall());
+        if self.task.is_single {
+            let details = messages::format_details(ready, &frame.rendered, &frame.seconds);
+            notes.print_detail(details.trim_end());
         }
-        let error = rendered
-            .denoise_output()
-            .map(|denoised| denoised.error)
-            .or(frame.noisy)
-            .filter(|_| ready.is_path_traced())
-            .map(|error| error.root_relmse.value);
+        let error = picture.shown_error().filter(|_| ready.is_path_traced());
+        let error = error.map(|error| error.root_relmse.value);
         self.summary.error = self.summary.error.into_iter().chain(error).reduce(f64::max);
     }
 
@@ -339,13 +290,11 @@ impl<'a> PictureSeries<'a> {
     ) -> Result<(), Failure> {
         let reason = scene_input::describe_empty_picture(loaded, rendered, &plan.settings);
         self.shows_object |= reason.is_none();
-        match reason.filter(|_| self.task.shots.len() == 1 && self.task.refuses_empty_pictures()) {
-            Some(reason) => Err(
-                scene_input::empty_picture_failure(&loaded.source.name, reason)
-                    .with_hint(ALLOW_EMPTY),
-            ),
-            None => Ok(()),
-        }
+        render::refuse_empty_picture(
+            self.task,
+            loaded,
+            reason.filter(|_| self.task.pictures_per_scene() == 1),
+        )
     }
 
     /// Refuses a view that shows no object before its render, judged by a coarse picture and, if
@@ -358,7 +307,7 @@ impl<'a> PictureSeries<'a> {
     ) -> Result<(), Failure> {
         const COARSE_EDGE: u32 = 64;
         const SAMPLES: u32 = 4;
-        if self.task.shots.len() > 1
+        if self.task.pictures_per_scene() > 1
             || !self.task.refuses_empty_pictures()
             || self.task.film.resume.is_some()
         {

@@ -47,7 +47,7 @@ fn scenes_are_read_once() {
 #[test]
 fn files_are_told_by_the_first_and_the_last_of_a_kind() {
     let describe = |names: &[&[&str]]| {
-        summary::format_file_ranges(
+        format_file_ranges(
             &names
                 .iter()
                 .map(|names| names.iter().map(|&name| name.to_owned()).collect())

@@ -1,33 +1,29 @@
 //! Film files of `render`: renders that are checkpointed, resumed, divided among machines, or
 //! limited by a time budget.
 
-mod checks;
-mod progress;
-
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use raywright_core::ReadyScene;
-use raywright_core::display::Display;
-use raywright_core::film::{Film, FilmPart};
-use raywright_io::output::{PictureMetadata, StoredFilm, write_film};
+use raywright_core::film::{Film, FilmMergeError, FilmPart, Uncertainty};
+use raywright_io::output::{PictureMetadata, StoredFilm, read_film, write_film};
 use raywright_io::report::format_duration;
-use raywright_io::{Error, InputFiles};
+use raywright_io::{Error, InputFiles, Limits, LoadOptions, LoadedScene};
+use serde::Serialize;
 
-use super::live::LivePreviews;
-use super::write::{printable_path, with_fallback_hint, write_film_to_fallback};
 use crate::args::{PictureShare, ProgressStyle};
-use crate::console::{self, Verbosity};
+use crate::commands::render::live::LivePreviews;
+use crate::commands::render::series::join_label;
+use crate::commands::render::write::{with_fallback_hint, write_film_to_fallback};
+use crate::console::Verbosity;
 use crate::failure::Failure;
 use crate::observer::{Deadlines, RunObserver};
-use crate::origin;
-use crate::plan::RenderTask;
+use crate::plan::{PicturePlan, RenderTask};
 use crate::progress::Progress;
 use crate::session::Session;
-use checks::wrong_film_failure;
-pub use checks::{check_film_flags, read_own_film};
-use progress::ErrorTracker;
+use crate::targets::{FreePaths, OutputFiles, OutputTarget, printable_path};
+use crate::{console, origin};
 
 /// Least interval between checkpoints. The interval is raised to twenty times the duration of
 /// writing the last checkpoint, if that is longer.
@@ -55,15 +51,16 @@ pub struct FilmRender<'a> {
 }
 
 impl<'a> FilmRender<'a> {
-    /// Creates the render with an empty film, or with the film of `--resume`.
+    /// Creates the render of a picture with an empty film, or with the film of `--resume`. `label`
+    /// is the suffix of the picture's name.
     pub fn start(
         task: &'a RenderTask,
-        ready: &ReadyScene,
-        identity: String,
-        metadata: PictureMetadata,
-        display: Display,
+        options: &LoadOptions,
+        (loaded, ready): (&LoadedScene, &ReadyScene),
+        (plan, label): (&PicturePlan, &str),
     ) -> Result<Self, Failure> {
         let limits = task.options.limits;
+        let identity = origin::format_scene_identity(loaded, options, &task.choices);
         let mut film = ready.new_film(&identity);
         if let Some(path) = &task.film.resume {
             let earlier = read_own_film(path, &limits)?;
@@ -91,28 +88,19 @@ impl<'a> FilmRender<'a> {
             }
             None => whole,
         };
-        let kept_film = StoredFilm {
-            film,
-            metadata,
-            display,
-        };
         Ok(Self {
-            kept_film,
+            kept_film: StoredFilm {
+                film,
+                metadata: origin::picture_metadata(loaded, plan, &task.choices),
+                display: plan.display,
+            },
             part,
             task,
             is_done: false,
             checkpoint_error: None,
             film_copy: None,
-            previews: LivePreviews::default(),
+            previews: LivePreviews::from_task(task, &join_label(&loaded.source.stem, label))?,
         })
-    }
-
-    /// Sets the previews that are updated during the render.
-    pub fn with_previews(self, onlookers: LivePreviews) -> Self {
-        Self {
-            previews: onlookers,
-            ..self
-        }
     }
 
     /// Renders the samples that the film lacks, with checkpoints, progress lines and previews
@@ -191,10 +179,9 @@ impl<'a> FilmRender<'a> {
             return;
         }
         let nothing = PictureMetadata::default();
-        let metadata = if self.task.files.has_metadata {
-            metadata
-        } else {
-            &nothing
+        let metadata = match self.task.files.has_metadata {
+            true => metadata,
+            false => &nothing,
         };
         if let Some(failed) =
             self.previews
@@ -228,9 +215,9 @@ impl<'a> FilmRender<'a> {
 
     /// Keeps the film in the folder of the input or in the temporary folder, if the file of the
     /// last checkpoint could not be written.
-    pub fn keep_unwritten_film(&mut self, outputs: (&InputFiles, impl Fn(&Path) -> bool)) {
+    pub fn keep_unwritten_film(&mut self, free: FreePaths<'_>) {
         if let (Some(path), Some(_)) = (&self.task.film.checkpoint, &self.checkpoint_error) {
-            self.film_copy = write_film_to_fallback(path, &mut self.kept_film, outputs);
+            self.film_copy = write_film_to_fallback(path, &mut self.kept_film, free);
         }
     }
 
@@ -336,6 +323,193 @@ pub fn format_samples(film: &Film, part: &FilmPart) -> String {
     }
 }
 
+/// Refuses contradicting flags of film files before the scene is loaded, and adds the checkpoint to
+/// the output files.
+pub fn check_film_flags(
+    task: &RenderTask,
+    targets: &[OutputTarget],
+    outputs: &mut OutputFiles,
+) -> Result<(), Failure> {
+    refuse_flags_with_part(task, targets)?;
+    let Some(path) = &task.film.checkpoint else {
+        return Ok(());
+    };
+    outputs.add_output(path, "--checkpoint")?;
+    // The resumed file may be the checkpoint file itself, because the new checkpoint contains all
+    // of its samples.
+    let mut inputs = InputFiles::default();
+    task.film
+        .resume
+        .iter()
+        .filter(|earlier| *earlier != path)
+        .for_each(|earlier| inputs.record_read(earlier));
+    task.film
+        .replay
+        .iter()
+        .for_each(|map| inputs.record_read(map));
+    outputs.check_against_inputs(&inputs)
+}
+
+/// Refuses flags that contradict `--part`, whose share of a picture is kept in the film file of
+/// `--checkpoint` alone.
+fn refuse_flags_with_part(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
+    if task.film.part.is_none() {
+        return Ok(());
+    }
+    Failure::refuse_if(
+        task.max_error.is_some(),
+        "--max-error cannot be used with --part: it needs the errors of the whole picture, and a part has only a share of the samples",
+        "use --spp in place of --max-error, or leave out --part",
+    )?;
+    Failure::refuse_if(
+        task.film.checkpoint.is_none(),
+        "--part needs --checkpoint, whose file receives the share of the picture",
+        "add --checkpoint part.film; raywright merge makes the picture of all parts",
+    )?;
+    Failure::refuse_if(
+        !targets.is_empty(),
+        "-o and --part cannot both be given, because a share of a picture is kept in a film file",
+        "leave out -o; raywright merge makes the picture of all parts",
+    )
+}
+
+/// Reads a film file. Refuses the film of another program version, which may use other random
+/// numbers.
+pub fn read_own_film(path: &Path, limits: &Limits) -> Result<StoredFilm, Failure> {
+    let stored = read_film(path, limits)?;
+    let software = &stored.metadata.software;
+    if software == origin::SOFTWARE {
+        return Ok(stored);
+    }
+    let error = Error::invalid_input(
+        path.display(),
+        format_args!(
+            "the file was made by {software}, and this program is {}",
+            origin::SOFTWARE
+        ),
+    );
+    Err(error
+        .with_hint("use the program that made the file, or render the picture again")
+        .into())
+}
+
+/// Creates the failure for a film file that cannot be resumed or replayed with these flags.
+pub fn wrong_film_failure(path: &Path, error: FilmMergeError) -> Failure {
+    match error {
+        FilmMergeError::Foreign { label, .. } => {
+            let error = Error::invalid_input(
+                path.display(),
+                format_args!("the film belongs to another picture: the {label} differs"),
+            );
+            error
+                .with_hint("give the scene and flags that the film was made with; only --spp may be larger")
+                .into()
+        }
+        FilmMergeError::Samples {
+            has,
+            requested,
+            least: minimum,
+        } => {
+            let message = format!(
+                "{}: the film has {has} samples a pixel and cannot be continued to {requested}",
+                path.display()
+            );
+            Failure::usage(
+                message,
+                format_args!("give --spp {minimum} or a larger number"),
+            )
+        }
+        other => Error::invalid_input(path.display(), other).into(),
+    }
+}
+
+/// Shortest interval between error estimates, as a multiple of the duration of the last estimate.
+/// It keeps estimates of large pictures from taking a large part of the render time.
+const ESTIMATE_INTERVAL_FACTOR: u32 = 50;
+
+/// Latest estimate of a picture's error during its render, for progress lines.
+#[derive(Default)]
+pub struct ErrorTracker {
+    /// The latest estimate; `None` before the first.
+    error: Option<Uncertainty>,
+    /// Time and duration of the latest estimate; `None` before the first.
+    last_estimate: Option<(Instant, Duration)>,
+}
+
+impl ErrorTracker {
+    /// Makes a new error estimate if an estimate is due or `is_last`, and returns the latest
+    /// estimate.
+    pub fn update_estimate(&mut self, film: &Film, is_last: bool) -> Option<Uncertainty> {
+        if is_last
+            || self
+                .last_estimate
+                .is_none_or(|(at, took)| is_estimate_due(at.elapsed(), took))
+        {
+            let began = Instant::now();
+            self.error = film.estimate_uncertainty();
+            self.last_estimate = Some((Instant::now(), began.elapsed()));
+        }
+        self.error
+    }
+}
+
+/// Whether a new error estimate is due: `passed` is the time since the last estimate, `took` is the
+/// duration of the last estimate.
+fn is_estimate_due(passed: Duration, took: Duration) -> bool {
+    passed >= took * ESTIMATE_INTERVAL_FACTOR
+}
+
+/// Version of the layout of [`ProgressLine`].
+const PROGRESS_FORMAT: u32 = 1;
+
+/// A line of `--progress json`.
+#[derive(Serialize)]
+struct ProgressLine {
+    format: u32,
+    /// Number of the picture in the run, counted from one.
+    picture: u64,
+    /// Number of pictures in the run.
+    pictures: u64,
+    /// Least and greatest number of samples of a pixel so far.
+    samples: [u32; 2],
+    /// Requested number of samples per pixel; null with a time budget or a target error.
+    of: Option<u32>,
+    /// Latest error estimate, in the form of `--stats`; null without an estimate.
+    error: Option<Uncertainty>,
+    /// Seconds since the start of the first picture.
+    seconds: f64,
+    /// Estimated seconds until the last picture is finished; null where unknown.
+    seconds_left: Option<f64>,
+}
+
+impl FilmRender<'_> {
+    /// Formats the progress as a line of JSON for `--progress json`.
+    pub(super) fn format_progress_line(
+        &self,
+        progress: &Progress,
+        error: Option<Uncertainty>,
+    ) -> String {
+        let ([picture, pictures], (seconds, left)) =
+            (progress.work_piece_counts(), progress.elapsed_and_left());
+        let samples = self.kept_film.film.sample_range(&self.part);
+        let pass = ProgressLine {
+            format: PROGRESS_FORMAT,
+            picture: picture + 1,
+            pictures,
+            samples: [*samples.start(), *samples.end()],
+            of: self.kept_film.film.requested_samples(),
+            error,
+            seconds,
+            seconds_left: if self.is_done && picture + 1 == pictures {
+                Some(0.0)
+            } else {
+                left
+            },
+        };
+        serde_json::to_string(&pass).unwrap_or_default()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use raywright_core::scene::SamplePattern;
@@ -389,5 +563,22 @@ mod tests {
         );
         assert_eq!(film(Sampling::General(9), 1), "0 to 9 of 9 samples");
         assert_eq!(film(Sampling::General(9), 0), "0 of 9 samples");
+    }
+}
+
+#[cfg(test)]
+mod progress_tests {
+    use super::*;
+
+    /// Protects: error estimates for progress lines take at most a fiftieth of the render time.
+    #[test]
+    fn estimates_have_a_bounded_share() {
+        let [millisecond, second] = [Duration::from_millis(1), Duration::from_secs(1)];
+        assert!(
+            is_estimate_due(second, millisecond)
+                && is_estimate_due(second, second / 50)
+                && is_estimate_due(Duration::ZERO, Duration::ZERO)
+        );
+        assert!(!is_estimate_due(second, second / 49) && !is_estimate_due(40 * second, second));
     }
 }
