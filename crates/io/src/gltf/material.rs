@@ -191,18 +191,33 @@ impl GltfImport<'_> {
         Ok(())
     }
 
-    /// Warns once about the occlusion maps of all converted materials.
-    pub(super) fn warn_occlusion_maps(&mut self) {
-        let used = self.materials.keys().flatten();
-        let sources = used.filter_map(|&index| self.document.materials.get(index));
-        let count = sources.filter(|source| source.has_occlusion_map).count();
-        if count > 0 {
-            warn!(
-                self.warnings,
-                Conversion,
-                "the occlusion maps of {} are ignored, because occlusion is computed by ray tracing",
-                format_count(count, "material")
-            );
+    /// Warns about the parts of materials that are shown in another way: once for each kind, with the
+    /// number of its materials.
+    pub(super) fn warn_converted_materials(&mut self) {
+        let indices = self.materials.keys().flatten();
+        let used: Vec<&Source> = indices
+            .filter_map(|&index| self.document.materials.get(index))
+            .collect();
+        let count = |is_meant: fn(&&&Source) -> bool| used.iter().filter(is_meant).count();
+        let occluded = count(|source| source.has_occlusion_map);
+        let glossy = count(|source| {
+            source.extensions.contains(&GLOSSY) && !source.extensions.contains(&UNLIT)
+        });
+        for (count, label, outcome) in [
+            (
+                occluded,
+                "the occlusion map",
+                "ignored, because occlusion is computed by ray tracing",
+            ),
+            (glossy, GLOSSY, "converted to metallic-roughness"),
+        ] {
+            if count > 0 {
+                let materials = format_count(count, "material");
+                warn!(
+                    self.warnings,
+                    Conversion, "{label} of {materials} is {outcome}"
+                );
+            }
         }
     }
 

@@ -322,7 +322,7 @@ impl<'a> GltfImport<'a> {
                 .with_place(format_args!("nodes[{}]", instance.node))?;
         }
         self.warn_points_and_lines();
-        self.warn_occlusion_maps();
+        self.warn_converted_materials();
         camera::warn_clipped_objects(
             self.document,
             &self.scene,

@@ -11,7 +11,7 @@ use raywright_core::scene::{
 
 use super::GltfImport;
 use super::entries::MaterialEntry;
-use super::material_table::{GLOSSY, MaterialObject};
+use super::material_table::MaterialObject;
 use crate::import::ImportResult;
 
 impl GltfImport<'_> {
@@ -24,10 +24,6 @@ impl GltfImport<'_> {
         label: &str,
         out: &mut Physical,
     ) -> ImportResult<()> {
-        warn!(
-            self.warnings,
-            Conversion, "{label}: {GLOSSY} was converted to metallic-roughness"
-        );
         (out.metallic, out.ior, out.specular) = (0.0.into(), 1.5.into(), 1.0.into());
         (out.specular_texture, out.metallic_roughness_texture) = (None, None);
         self.apply_properties(source, object, label, out)?;

@@ -706,12 +706,14 @@ fn pictures_that_are_none() {
     }
 }
 
-/// Protects: the occlusion maps of all materials in use are one warning with their number.
+/// Protects: occlusion maps, and materials of the specular-glossiness model, are one warning each,
+/// with the number of the materials in use.
 #[test]
-fn occlusion_maps_are_counted_in_one_warning() {
+fn converted_materials_are_counted_in_one_warning() {
     let made = KeyedTriangle::new().with(|d| {
         let mut material = d["materials"][0].clone();
         material["occlusionTexture"] = json!({ "index": 0 });
+        material["extensions"] = json!({ "KHR_materials_pbrSpecularGlossiness": {} });
         d["materials"] = json!([material, material, material]);
         let [mut first, mut second] = [0, 1].map(|_| d["meshes"][0]["primitives"][0].clone());
         (first["material"], second["material"]) = (json!(0), json!(2));
@@ -720,14 +722,15 @@ fn occlusion_maps_are_counted_in_one_warning() {
     let loaded = made
         .load_with(None, None, None)
         .unwrap_or_else(|e| panic!("{e}"));
-    let messages = loaded.warnings.iter().map(|warning| &warning.message);
-    let told: Vec<_> = messages
-        .filter(|message| message.contains("occlusion"))
-        .collect();
-    assert!(
-        told.len() == 1 && told[0].contains("the occlusion maps of 2 materials are ignored"),
-        "{told:?}"
-    );
+    for (label, outcome) in [
+        ("the occlusion map", "ignored, because"),
+        ("KHR_materials_pbrSpecularGlossiness", "converted"),
+    ] {
+        let messages = loaded.warnings.iter().map(|warning| &warning.message);
+        let told: Vec<_> = messages.filter(|message| message.contains(label)).collect();
+        let expected = format!("{label} of 2 materials is {outcome}");
+        assert!(told.len() == 1 && told[0].contains(&expected), "{told:?}");
+    }
 }
 
 /// Protects: a material of the specular-glossiness model keeps its factors if its specular image
