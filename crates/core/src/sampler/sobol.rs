@@ -63,7 +63,11 @@ pub(super) fn eval_points(
             keys: &keys,
             indices: &indices,
         });
-        let sums = shuffled.map(sum_directions);
+        // Number by number: `map` of so long an array is not inlined.
+        let mut sums = [[0; 4]; LANES];
+        for (sums, &shuffled) in sums.iter_mut().zip(&shuffled) {
+            *sums = sum_directions(shuffled);
+        }
         out.extend_from_slice(&run_widest(ScrambleTask(&scrambles, &sums))[..count]);
         if count < LANES {
             return;
@@ -115,7 +119,12 @@ fn sum_directions(shuffled: u32) -> [u32; 4] {
     let sums = &*SUMS;
     let part = |k: usize| &sums[k][(shuffled >> (u32::BITS - BITS * (k as u32 + 1))) as usize % 16];
     let [a, b, c, d] = [part(0), part(1), part(2), part(3)];
-    core::array::from_fn(|i| a[i] ^ b[i] ^ c[i] ^ d[i])
+    [
+        a[0] ^ b[0] ^ c[0] ^ d[0],
+        a[1] ^ b[1] ^ c[1] ^ d[1],
+        a[2] ^ b[2] ^ c[2] ^ d[2],
+        a[3] ^ b[3] ^ c[3] ^ d[3],
+    ]
 }
 
 /// Returns the numbers of points in [0, 1), given the scrambles of their sequences and the sums of
