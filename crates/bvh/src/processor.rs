@@ -6,6 +6,9 @@
 )]
 
 #[cfg(target_arch = "x86_64")]
+use core::sync::atomic::{AtomicU8, Ordering};
+
+#[cfg(target_arch = "x86_64")]
 use crate::bvh8::align_stack;
 #[cfg(target_arch = "x86_64")]
 use crate::math::simd::{Avx2, Avx512};
@@ -25,17 +28,55 @@ pub trait SimdTask {
 #[inline]
 pub fn run_widest<L: SimdTask>(work: L) -> L::Output {
     #[cfg(target_arch = "x86_64")]
-    {
-        if Avx512::detect().is_some() {
-            // SAFETY: the processor has the features that the function is compiled for.
-            return unsafe { run_with_avx512(work) };
-        }
-        if Avx2::detect().is_some() {
-            // SAFETY: as before.
-            return unsafe { run_with_avx2(work) };
-        }
+    match RegisterWidth::of_processor() {
+        // SAFETY: the processor has the features that the function is compiled for.
+        RegisterWidth::Avx512 => return unsafe { run_with_avx512(work) },
+        // SAFETY: as before.
+        RegisterWidth::Avx2 => return unsafe { run_with_avx2(work) },
+        RegisterWidth::Baseline => {}
     }
     work.run()
+}
+
+/// Widest registers of the processor.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+#[repr(u8)]
+enum RegisterWidth {
+    Baseline = 1,
+    Avx2,
+    Avx512,
+}
+
+#[cfg(target_arch = "x86_64")]
+impl RegisterWidth {
+    /// Returns the width that was found at the first call. Each of the ten features would take a
+    /// test at every call, a twentieth of a short task.
+    #[inline(always)]
+    fn of_processor() -> Self {
+        static FOUND: AtomicU8 = AtomicU8::new(0);
+        match FOUND.load(Ordering::Relaxed) {
+            1 => Self::Baseline,
+            2 => Self::Avx2,
+            3 => Self::Avx512,
+            _ => {
+                let found = Self::detect();
+                FOUND.store(found as u8, Ordering::Relaxed);
+                found
+            }
+        }
+    }
+
+    #[cold]
+    fn detect() -> Self {
+        if Avx512::detect().is_some() {
+            Self::Avx512
+        } else if Avx2::detect().is_some() {
+            Self::Avx2
+        } else {
+            Self::Baseline
+        }
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
