@@ -175,6 +175,20 @@ impl LightTree {
         let top = self.top.unwrap_or(nothing);
         let mut content = is_used.map(|is_used| if is_used { top } else { nothing });
         let mut probability = [1.0; N];
+        // All points descend from the same root: its children are weighed for all points at once.
+        if N > 1
+            && let Some(root) = self.node_at(top)
+        {
+            let chosen = root.choose_children(points, &u);
+            for i in 0..N {
+                content[i] = if is_used[i] && chosen.is_lit[i] {
+                    root.children[chosen.children[i]]
+                } else {
+                    nothing
+                };
+            }
+            (u, probability) = (chosen.u, chosen.probabilities);
+        }
         let mut importances = [[0.0; WIDTH]; N];
         loop {
             let mut some = false;
@@ -205,13 +219,7 @@ impl LightTree {
                     continue;
                 }
                 let at = u[i] * total;
-                // A number below one times the sum is below the sum, so the selected child has a
-                // positive importance. The child is found by counting, not by a search, because the
-                // end of a search is mispredicted.
-                let mut lane = 0;
-                for &sum in &sums[1..WIDTH] {
-                    lane += usize::from(sum <= at);
-                }
+                let lane = child_at(&sums, at);
                 let importance = f64::from(importances[i][lane]);
                 u[i] = Real::clamp((at - sums[lane]) / importance, 0.0, BELOW_ONE);
                 probability[i] *= importance / total;
@@ -237,6 +245,77 @@ impl LightTree {
         }
         self.probability(node.parent, receiver)
             * (f64::from(importances[index as usize % WIDTH]) / total)
+    }
+}
+
+/// Returns the child that a number below the last of the cumulative sums selects.
+///
+/// A number below one times the sum is below the sum, so the selected child has a positive
+/// importance. The child is found by counting, not by a search, because the end of a search is
+/// mispredicted.
+#[inline(always)]
+fn child_at(sums: &[f64; WIDTH + 1], at: f64) -> usize {
+    let mut lane = 0;
+    for &sum in &sums[1..WIDTH] {
+        lane += usize::from(sum <= at);
+    }
+    lane
+}
+
+/// Children of a node chosen for several points side by side.
+struct ChosenChildren<const N: usize> {
+    /// Whether any light of the node arrives at each point. If not, the other fields are
+    /// meaningless.
+    is_lit: [bool; N],
+    children: [usize; N],
+    /// Uniform numbers for the choice within each child.
+    u: [f64; N],
+    probabilities: [f64; N],
+}
+
+impl LightNode {
+    /// Chooses a child for each point by the point's number `u` in [0, 1).
+    #[inline(always)]
+    fn choose_children<const N: usize>(
+        &self,
+        points: &[ReceivingPoint; N],
+        u: &[f64; N],
+    ) -> ChosenChildren<N> {
+        let importances = self.importances_at(points);
+        let mut sums = [[0.0; N]; WIDTH + 1];
+        let (mut at, mut counts) = ([0.0; N], [0_u64; N]);
+        for i in 0..N {
+            let mut of_point = [0.0; WIDTH];
+            for (of_point, column) in of_point.iter_mut().zip(&importances) {
+                *of_point = column[i];
+            }
+            for (column, sum) in sums.iter_mut().zip(cumulative_sums(&of_point)) {
+                column[i] = sum;
+            }
+        }
+        for i in 0..N {
+            at[i] = u[i] * sums[WIDTH][i];
+        }
+        for column in &sums[1..WIDTH] {
+            for i in 0..N {
+                counts[i] += u64::from(column[i] <= at[i]);
+            }
+        }
+        let mut chosen = ChosenChildren {
+            is_lit: [false; N],
+            children: [0; N],
+            u: [0.0; N],
+            probabilities: [1.0; N],
+        };
+        for i in 0..N {
+            let (child, total) = (counts[i] as usize, sums[WIDTH][i]);
+            let importance = f64::from(importances[child][i]);
+            chosen.is_lit[i] = total > 0.0 && total.is_finite();
+            chosen.children[i] = child;
+            chosen.u[i] = Real::clamp((at[i] - sums[child][i]) / importance, 0.0, BELOW_ONE);
+            chosen.probabilities[i] = importance / total;
+        }
+        chosen
     }
 }
 

@@ -141,62 +141,133 @@ impl LightNode {
         self.power[lane] = (power / whole.power).max(FAINTEST) as f32;
     }
 
+    /// Returns a receiving point in the node's space.
+    #[inline(always)]
+    fn local_receiver(&self, receiver: &ReceivingPoint) -> LocalReceiver {
+        let across = (receiver.point - self.centre) * self.inverse;
+        let farthest = across.abs().max_element();
+        let shrink = if farthest > FAR { FAR / farthest } else { 1.0 };
+        LocalReceiver {
+            point: (across * shrink).as_vec3().to_array(),
+            normal: receiver.normal.as_vec3().to_array(),
+            shrink: shrink as f32,
+            level: if receiver.normal == DVec3::ZERO {
+                1.0
+            } else {
+                0.0
+            },
+        }
+    }
+
     /// Returns the approximate contribution of each child at a receiving point. Zero only if no
     /// light of the child can arrive.
+    #[inline(always)]
+    pub fn child_importances(&self, receiver: &ReceivingPoint) -> [f32; WIDTH] {
+        let local = self.local_receiver(receiver);
+        let mut importances = [0.0; WIDTH];
+        for (i, importance) in importances.iter_mut().enumerate() {
+            *importance = self.child_importance(i, &local);
+        }
+        importances
+    }
+
+    /// Returns [`Self::child_importances`] at several points, as `importances[child][point]`.
+    #[inline(always)]
+    pub fn importances_at<const N: usize>(
+        &self,
+        receivers: &[ReceivingPoint; N],
+    ) -> [[f32; N]; WIDTH] {
+        // As a structure of arrays, which the compiler vectorises over the points.
+        let mut locals = [[0.0; N]; 8];
+        for (k, receiver) in receivers.iter().enumerate() {
+            let LocalReceiver {
+                point: [x, y, z],
+                normal: [nx, ny, nz],
+                shrink,
+                level,
+            } = self.local_receiver(receiver);
+            for (column, number) in locals.iter_mut().zip([x, y, z, nx, ny, nz, shrink, level]) {
+                column[k] = number;
+            }
+        }
+        let mut importances = [[0.0; N]; WIDTH];
+        for (i, importances) in importances.iter_mut().enumerate() {
+            // A missing child has no importance.
+            if self.power[i] == 0.0 {
+                continue;
+            }
+            for (k, importance) in importances.iter_mut().enumerate() {
+                *importance = self.child_importance(
+                    i,
+                    &LocalReceiver {
+                        point: [locals[0][k], locals[1][k], locals[2][k]],
+                        normal: [locals[3][k], locals[4][k], locals[5][k]],
+                        shrink: locals[6][k],
+                        level: locals[7][k],
+                    },
+                );
+            }
+        }
+        importances
+    }
+
+    /// Returns the approximate contribution of a child at a receiving point.
     ///
     /// Consider the angles at which light leaves and arrives. Their least value over a ball is the
     /// angle at the ball's centre less the ball's angular radius. The cosine of that least angle is
     /// at most the cosine at the centre plus the sine of the angular radius. This bound is exact at
     /// the horizon, where the cosine is zero.
     #[inline(always)]
-    pub fn child_importances(&self, receiver: &ReceivingPoint) -> [f32; WIDTH] {
-        let across = (receiver.point - self.centre) * self.inverse;
-        let farthest = across.abs().max_element();
-        let shrink = if farthest > FAR { FAR / farthest } else { 1.0 };
-        let point = (across * shrink).as_vec3();
-        let (shrink, normal) = (shrink as f32, receiver.normal.as_vec3());
-        // A point that receives light on both sides has no horizon.
-        let level = if receiver.normal == DVec3::ZERO {
+    fn child_importance(&self, i: usize, receiver: &LocalReceiver) -> f32 {
+        let LocalReceiver {
+            point,
+            normal,
+            shrink,
+            level,
+        } = *receiver;
+        let (x, y, z) = (
+            point[0] - self.x[i] * shrink,
+            point[1] - self.y[i] * shrink,
+            point[2] - self.z[i] * shrink,
+        );
+        let radius = self.radius[i] * shrink;
+        let (squared, radius2) = (x * x + y * y + z * z, radius * radius);
+        let inverse = 1.0 / fast_max(radius2, squared).sqrt();
+        // From inside the ball around the box, lights may lie in any direction.
+        let ball = if squared <= radius2 {
+            2.0
+        } else {
+            radius * inverse
+        };
+        let cosine = (self.axis_x[i] * x + self.axis_y[i] * y + self.axis_z[i] * z) * inverse;
+        let cosine = fast_min(cosine + SLACK, 1.0);
+        let sine = fast_max(1.0 - cosine * cosine, 0.0).sqrt();
+        // cos(max(0, a − b)).
+        let beyond = cosine * self.cos_normals[i] + sine * self.sin_normals[i];
+        let beyond = if cosine > self.cos_normals[i] {
             1.0
         } else {
-            0.0
+            beyond
         };
-        let mut importances = [0.0; WIDTH];
-        for (i, importance) in importances.iter_mut().enumerate() {
-            let (x, y, z) = (
-                point.x - self.x[i] * shrink,
-                point.y - self.y[i] * shrink,
-                point.z - self.z[i] * shrink,
-            );
-            let radius = self.radius[i] * shrink;
-            let (squared, radius2) = (x * x + y * y + z * z, radius * radius);
-            let inverse = 1.0 / fast_max(radius2, squared).sqrt();
-            // From inside the ball around the box, lights may lie in any direction.
-            let ball = if squared <= radius2 {
-                2.0
-            } else {
-                radius * inverse
-            };
-            let cosine = (self.axis_x[i] * x + self.axis_y[i] * y + self.axis_z[i] * z) * inverse;
-            let cosine = fast_min(cosine + SLACK, 1.0);
-            let sine = fast_max(1.0 - cosine * cosine, 0.0).sqrt();
-            // cos(max(0, a − b)).
-            let beyond = cosine * self.cos_normals[i] + sine * self.sin_normals[i];
-            let beyond = if cosine > self.cos_normals[i] {
-                1.0
-            } else {
-                beyond
-            };
-            let facing = level - (normal.x * x + normal.y * y + normal.z * z) * inverse;
-            let (leaving, arriving) = (beyond + ball, facing + ball);
-            let cosines = approximate_mean_cosine(beyond, leaving)
-                * approximate_mean_cosine(facing, arriving);
-            let sent = self.power[i] * cosines * (inverse * inverse);
-            let lit = (leaving > self.emission[i]) & (arriving > -MARGIN);
-            *importance = if lit { sent } else { 0.0 };
-        }
-        importances
+        let facing = level - (normal[0] * x + normal[1] * y + normal[2] * z) * inverse;
+        let (leaving, arriving) = (beyond + ball, facing + ball);
+        let cosines =
+            approximate_mean_cosine(beyond, leaving) * approximate_mean_cosine(facing, arriving);
+        let sent = self.power[i] * cosines * (inverse * inverse);
+        let lit = (leaving > self.emission[i]) & (arriving > -MARGIN);
+        if lit { sent } else { 0.0 }
     }
+}
+
+/// A receiving point in the space of a node.
+struct LocalReceiver {
+    /// Position relative to the node's centre, in the node's unit of length, times `shrink`.
+    point: [f32; 3],
+    normal: [f32; 3],
+    /// Scale of the point and the node, see [`FAR`].
+    shrink: f32,
+    /// 1 for a point that receives light on both sides, which has no horizon; else 0.
+    level: f32,
 }
 
 /// Returns the cumulative sums of importances, starting with zero. A zero importance leaves the sum
