@@ -18,6 +18,7 @@ mod intervals;
 mod kept;
 mod lights;
 mod links;
+mod machine_code;
 mod many;
 mod memory;
 mod models;

@@ -35,6 +35,17 @@ pub struct BsdfSample<N: Number> {
     pub delta: N::Mask,
 }
 
+/// Part of a BSDF that is evaluated.
+#[derive(Clone, Copy)]
+enum BsdfPart {
+    /// All reflection, for light from above the surface.
+    Reflection,
+    /// All transmission, for light from below the surface.
+    Transmission,
+    /// The diffuse part of the reflection.
+    Diffuse,
+}
+
 impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// Creates a BSDF without lobes, which is black.
     #[inline(always)]
@@ -87,18 +98,25 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.lobes().iter().all(L::is_delta)
     }
 
-    /// Returns the sum of the lobes' values, and the sum of their densities, each times the lobe's
-    /// importance. `value_of` returns value and density of a lobe.
+    /// Returns the sum of the lobes' values in a part of the BSDF, and the sum of their densities,
+    /// each times the lobe's importance.
+    ///
+    /// The part is a value and not a function of the lobe: the compiler does not inline a function
+    /// that is passed as an argument into a SIMD task.
     #[inline(always)]
     fn sum_lobes(
         &self,
         directions: &Directions<N>,
         importances: &[N; MOST],
-        value_of: impl Fn(&L, &Directions<N>) -> (N::Vec3, N),
+        part: BsdfPart,
     ) -> (N::Vec3, N) {
         let (mut value, mut sum) = (N::Vec3::ZERO, N::ZERO);
         for (lobe, &importance) in self.lobes().iter().zip(importances) {
-            let (own, density) = value_of(lobe, directions);
+            let (own, density) = match part {
+                BsdfPart::Reflection => lobe.eval_and_pdf(directions),
+                BsdfPart::Transmission => lobe.eval_transmission_and_pdf(directions),
+                BsdfPart::Diffuse => (lobe.eval_diffuse(directions), N::ZERO),
+            };
             value += own;
             sum = sum + importance * density;
         }
@@ -112,7 +130,7 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.sum_lobes(
             &Directions::new(self.normal, wo, wi),
             &[N::ZERO; MOST],
-            L::eval_and_pdf,
+            BsdfPart::Reflection,
         )
         .0
     }
@@ -127,12 +145,10 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// are those of [`Self::eval`].
     #[inline(always)]
     pub fn eval_diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        let diffuse =
-            |lobe: &L, directions: &Directions<N>| (lobe.eval_diffuse(directions), N::ZERO);
         self.sum_lobes(
             &Directions::new(self.normal, wo, wi),
             &[N::ZERO; MOST],
-            diffuse,
+            BsdfPart::Diffuse,
         )
         .0
     }
@@ -175,7 +191,7 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         wi: N::Vec3,
     ) -> (N::Vec3, N) {
         let (directions, zero) = (Directions::new(self.normal, wo, wi), N::ZERO);
-        let (value, sum) = self.sum_lobes(&directions, importances, L::eval_and_pdf);
+        let (value, sum) = self.sum_lobes(&directions, importances, BsdfPart::Reflection);
         let (able, above) = (
             cosine.greater_than(zero) & total.greater_than(zero),
             self.normal.dot(wi).greater_than(zero),
@@ -184,7 +200,7 @@ impl<N: Number, L: BsdfLobe<N>, const MOST: usize> Bsdf<N, L, MOST> {
         if !self.is_transmissive() {
             return (value, over);
         }
-        let (through, sum) = self.sum_lobes(&directions, importances, L::eval_transmission_and_pdf);
+        let (through, sum) = self.sum_lobes(&directions, importances, BsdfPart::Transmission);
         let below = zero.greater_than(self.normal.dot(wi));
         (
             N::Vec3::select(below, through, value),

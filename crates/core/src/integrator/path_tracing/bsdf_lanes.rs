@@ -93,9 +93,9 @@ impl<R: Real, const MATTE: bool> SimdTask for BsdfTask<'_, R, MATTE> {
                 self.energy_compensation,
             );
         } else {
-            (0..v.len).for_each(|lane| {
-                bsdf_lanes.eval_bsdf_lanes::<R, MATTE>(lane, v, lights, self.energy_compensation)
-            });
+            for lane in 0..v.len {
+                bsdf_lanes.eval_bsdf_lanes::<R, MATTE>(lane, v, lights, self.energy_compensation);
+            }
         }
         for lane in 0..LANES {
             // A shading normal must not turn a reflection below the surface.

@@ -75,10 +75,12 @@ impl<R: Real> SimdTask for GradientTask<'_, R> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         type N = Lanes<LANES>;
-        let [x, y, z] = self
-            .directions
-            .map(|column| N::from_lanes(|lane| column[lane].to_f64()));
-        self.gradient
-            .radiance::<N>(<N as Number>::Vec3::new(x, y, z))
+        // Column by column: `map` of an array is not inlined.
+        let [x, y, z] = self.directions;
+        self.gradient.radiance::<N>(<N as Number>::Vec3::new(
+            N::from_lanes(|lane| x[lane].to_f64()),
+            N::from_lanes(|lane| y[lane].to_f64()),
+            N::from_lanes(|lane| z[lane].to_f64()),
+        ))
     }
 }
