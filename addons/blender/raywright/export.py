@@ -34,15 +34,14 @@ class Export:
 
     # ------------------------------------------------------------------------------------------------ pictures and textures
 
-    def image(self, image):
+    def image(self, image, changes=()):
         """Name of a picture of Blender in the file. One that has no pixels is pink, as in Blender."""
-        key = image.name_full
+        key = (image.name_full, *(name for name, _ in changes))
         if key not in self.image_names:
-            path = self.image_file(image)
+            path = self.changed_image(image, changes) if changes else self.image_file(image)
             if path is None:
                 self.note("pictures that can't be read", image.name)
-                path = f"image{len(self.image_names)}.png"
-                exr.write_png(os.path.join(self.folder, path), np.array([[[255, 0, 255, 255]]], np.uint8))
+                path = self.png(np.array([[[255, 0, 255, 255]]], np.uint8))
             self.image_names[key] = f"image {len(self.image_names)}"
             self.description["images"].append({"name": self.image_names[key], "path": path})
         return self.image_names[key]
@@ -59,26 +58,32 @@ class Export:
                 return self.write(f"image{len(self.image_names)}{ending}", bytes(image.packed_file.data))
             if image.source == "FILE" and os.path.isfile(path):
                 return os.path.realpath(path).replace(os.sep, "/")
-        return self.image_pixels(image)
-
-    def image_pixels(self, image):
-        width, height = image.size
-        if not width or not height or not image.has_data and not image.pixels:
+        pixels = image_pixels(image)
+        if pixels is None:
             return None
-        pixels = np.empty(width * height * image.channels, np.float32)
-        image.pixels.foreach_get(pixels)
-        pixels = pixels.reshape(height, width, image.channels)[::-1]
-        whole = np.ones((height, width, 4), np.float32)
-        if image.channels < 3:
-            whole[..., :3] = pixels[..., :1]
-        else:
-            whole[..., : image.channels] = pixels
-        name = f"image{len(self.image_names)}" + (".exr" if image.is_float else ".png")
-        path = os.path.join(self.folder, name)
-        if image.is_float:
-            exr.write(path, whole)
-        else:
-            exr.write_png(path, (np.clip(whole, 0, 1) * 255 + 0.5).astype(np.uint8))
+        if not image.is_float:
+            return self.png((np.clip(pixels, 0, 1) * 255 + 0.5).astype(np.uint8))
+        name = f"image{len(self.image_names)}.exr"
+        exr.write(os.path.join(self.folder, name), pixels)
+        return name
+
+    def changed_image(self, image, changes):
+        """A picture whose linear colours went through functions, as sRGB codes."""
+        pixels = image_pixels(image)
+        if pixels is None:
+            return None
+        colours = pixels[..., :3].astype(float)
+        if not is_linear(image):
+            colours = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+        for _, function in changes:
+            colours = function(colours)
+        colours = np.clip(colours, 0, 1)
+        pixels[..., :3] = np.where(colours <= 0.0031308, 12.92 * colours, 1.055 * colours ** (1 / 2.4) - 0.055)
+        return self.png((np.clip(pixels, 0, 1) * 255 + 0.5).astype(np.uint8))
+
+    def png(self, codes):
+        name = f"image{len(self.image_names)}.png"
+        exr.write_png(os.path.join(self.folder, name), codes)
         return name
 
     def write(self, name, content):
@@ -88,8 +93,8 @@ class Export:
 
     def texture(self, texture):
         """Use of a texture in a material."""
-        image = self.image(texture.image)
-        space = "linear" if texture.image.colorspace_settings.name in LINEAR or texture.image.is_float else "srgb"
+        image = self.image(texture.image, texture.changes)
+        space = "linear" if is_linear(texture.image) and not texture.changes else "srgb"
         key = (image, texture.nearest, texture.clamp, space)
         if key not in self.texture_names:
             name = f"texture {len(self.texture_names)}"
@@ -366,6 +371,26 @@ class Export:
         tint = nodes.colour(reader.value(node.inputs["Color"], groups))
         tint = (0.5,) * 3 if isinstance(tint, nodes.Texture) else tuple(max(c, 0.0) for c in tint)
         return {"colour": tint, "strength": max(strength, 0.0)}
+
+
+def is_linear(image):
+    return image.is_float or image.colorspace_settings.name in LINEAR
+
+
+def image_pixels(image):
+    """Pixels as Blender has them, rows from the top, RGBA; none of a picture that can't be read."""
+    width, height = image.size
+    if not width or not height:
+        return None
+    pixels = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(pixels)
+    pixels = pixels.reshape(height, width, image.channels)[::-1]
+    whole = np.ones((height, width, 4), np.float32)
+    if image.channels < 3:
+        whole[..., :3] = pixels[..., :1]
+    else:
+        whole[..., : image.channels] = pixels
+    return whole
 
 
 PASSED = {"HUE_SAT", "GAMMA", "BRIGHTCONTRAST", "CURVE_RGB", "MIX", "MIX_RGB", "VALTORGB", "INVERT"}

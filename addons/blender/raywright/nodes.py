@@ -5,20 +5,31 @@ Only attributes of the nodes are read, so that stand-ins take their place in the
 
 import math
 
+import numpy as np
+
 MAPPED = "a texture's coordinates other than UV maps"
 MEAN = "procedural textures and ramps of them: their mean colour is shown"
-ADJUSTED = "changes of a picture's colours by nodes"
+ADJUSTED = "some combinations of pictures by nodes"
 
 
 class Texture:
-    """A picture by its coordinates, times a colour, or one of its channels."""
+    """A picture by its coordinates, times a colour, or one of its channels. `changes` are pairs of a name and a function
+    of linear pixels (an array of rows, columns, RGBA), which are applied to the whole picture in turn."""
 
-    def __init__(self, image, nearest, clamp, uv_name, matrix, channel=None, factor=(1, 1, 1)):
+    def __init__(self, image, nearest, clamp, uv_name, matrix, channel=None, factor=(1, 1, 1), changes=()):
         self.image, self.nearest, self.clamp = image, nearest, clamp
-        self.uv_name, self.matrix, self.channel, self.factor = uv_name, matrix, channel, factor
+        self.uv_name, self.matrix, self.channel, self.factor, self.changes = uv_name, matrix, channel, factor, changes
 
-    def replaced(self, **changes):
-        return Texture(**{**vars(self), **changes})
+    def replaced(self, **values):
+        return Texture(**{**vars(self), **values})
+
+    def changed(self, name, function):
+        """The texture whose colours went through a function, after its own factor."""
+        earlier = self.changes
+        if self.factor != (1, 1, 1):
+            factor = np.array(self.factor)
+            earlier = (*earlier, (f"times {self.factor}", lambda colours: colours * factor))
+        return self.replaced(changes=(*earlier, (name, function)), factor=(1, 1, 1))
 
 
 def mean(value):
@@ -166,7 +177,7 @@ class Reader:
         textures = [isinstance(v, Texture) for v in (a, b)]
         if not any(textures):
             a, b = colour(a), colour(b)
-            return tuple((1 - factor) * x + factor * BLENDS.get(blend, BLENDS["MIX"])(x, y) for x, y in zip(a, b))
+            return tuple(float((1 - factor) * x + factor * BLENDS.get(blend, BLENDS["MIX"])(x, y)) for x, y in zip(a, b))
         if blend == "MIX" and factor in (0, 1):
             return (a, b)[int(factor)]
         if blend == "MULTIPLY" and not all(textures):
@@ -174,8 +185,14 @@ class Reader:
             if textures[0] or factor == 1:
                 weight = tuple((1 - factor) + factor * c for c in colour(other))
                 return texture.replaced(factor=tuple(x * y for x, y in zip(texture.factor, weight)))
+        if not all(textures):
+            texture, other = (a, b) if textures[0] else (b, a)
+            function, constant = BLENDS.get(blend, BLENDS["MIX"]), np.array(colour(other))
+            pair = (lambda c: (c, constant)) if textures[0] else (lambda c: (constant, c))
+            apply = lambda c: (1 - factor) * pair(c)[0] + factor * function(*pair(c))
+            return texture.changed(f"{blend} {factor} {other} {textures[0]}", apply)
         self.notes.add(ADJUSTED)
-        return a if textures[0] and (factor <= 0.5 or not textures[1] or blend != "MIX") else b
+        return a if factor <= 0.5 or blend != "MIX" else b
 
     def passing(self, node, name, groups):
         """A node that only changes colours: its input, with a note."""
@@ -185,24 +202,43 @@ class Reader:
     def value_gamma(self, node, output, groups):
         value, power = self.input(node, "Color", groups), self.constant(node, "Gamma", groups, 1)
         if isinstance(value, Texture):
-            return value if power == 1 else self.passing(node, "Color", groups)
+            return value.changed(f"gamma {power}", lambda c: np.maximum(c, 0) ** power)
         return tuple(max(c, 0) ** power for c in colour(value))
 
     def value_invert(self, node, output, groups):
         factor, value = (self.value(socket, groups) for socket in node.inputs[:2])
         factor = 0.5 if isinstance(factor, Texture) else mean(factor)
         if isinstance(value, Texture):
-            return value if factor == 0 else self.passing(node, "Color", groups)
+            return value.changed(f"invert {factor}", lambda c: c + factor * (1 - 2 * c))
         return tuple(c + factor * (1 - 2 * c) for c in colour(value))
 
-    def value_hue_sat(self, node, output, groups):
-        return self.passing(node, "Color", groups)
+    def on_colours(self, value, name, function):
+        """A function of arrays of colours, applied to a constant or a texture."""
+        if isinstance(value, Texture):
+            return value.changed(name, function)
+        return tuple(float(c) for c in function(np.array(colour(value), float)))
 
-    value_brightcontrast = value_curve_rgb = value_hue_sat
+    def value_brightcontrast(self, node, output, groups):
+        bright, contrast = (self.constant(node, socket.name, groups) for socket in node.inputs[1:3])
+        function = lambda c: np.maximum((1 + contrast) * c + bright - contrast / 2, 0)
+        return self.on_colours(self.input(node, "Color", groups), f"contrast {bright} {contrast}", function)
+
+    def value_hue_sat(self, node, output, groups):
+        hue, saturation, value = (self.constant(node, n, groups, d) for n, d in (("Hue", 0.5), ("Saturation", 1.0), ("Value", 1.0)))
+        factor = next((s for s in node.inputs if s.name in ("Fac", "Factor")), None)
+        share = self.value(factor, groups) if factor is not None else 1.0
+        share = 0.5 if isinstance(share, Texture) else mean(share)
+        function = lambda c: c + share * (shifted_hue(c, hue, saturation, value) - c)
+        return self.on_colours(self.input(node, "Color", groups), f"hue {hue} {saturation} {value} {share}", function)
+
+    def value_curve_rgb(self, node, output, groups):
+        return self.passing(node, "Color", groups)
 
     def value_rgbtobw(self, node, output, groups):
         value = self.input(node, "Color", groups)
-        return value.replaced(channel=value.channel or "green") if isinstance(value, Texture) else mean(value)
+        if isinstance(value, Texture):
+            return value.changed("grey", to_grey).replaced(channel="red")
+        return mean(value)
 
     def value_separate_color(self, node, output, groups):
         value, index = self.value(node.inputs[0], groups), list(node.outputs).index(output)
@@ -224,41 +260,58 @@ class Reader:
 
     def value_math(self, node, output, groups):
         values = [self.value(socket, groups) for socket in node.inputs]
-        texture = next((v for v in values if isinstance(v, Texture)), None)
+        texture = next((v for v in values[:2] if isinstance(v, Texture)), None)
         if texture:
-            self.notes.add(ADJUSTED)
-            return texture
-        values = [mean(v) for v in values]
+            return self.texture_math(node, texture, values)
+        values = [mean(v) if not isinstance(v, Texture) else 0.5 for v in values]
         result = MATH[node.operation](*values) if node.operation in MATH else values[0]
         if node.operation not in MATH:
             self.notes.add(MEAN)
         return min(max(result, 0), 1) if getattr(node, "use_clamp", False) else result
+
+    def texture_math(self, node, texture, values):
+        function, others = ARRAY_MATH.get(node.operation), [v for v in values[:2] if v is not texture]
+        if function is None or any(isinstance(v, Texture) for v in others):
+            self.notes.add(ADJUSTED)
+            return texture
+        first, other = values[0] is texture, mean(others[0]) if others else 0.0
+        apply = lambda c: function(c, other) if first else function(np.full_like(c, other), c)
+        if not texture.channel:
+            texture = texture.changed("grey", to_grey).replaced(channel="red")
+        limit = (lambda c: np.clip(apply(c), 0, 1)) if getattr(node, "use_clamp", False) else apply
+        return texture.changed(f"{node.operation} {other} {first} {limit is apply}", limit)
 
     def value_clamp(self, node, output, groups):
         return self.value(node.inputs[0], groups)
 
     def value_map_range(self, node, output, groups):
         value = self.value(node.inputs[0], groups)
-        if isinstance(value, Texture):
-            return self.passing(node, "Value", groups)
         low, high, to_low, to_high = (self.constant(node, n, groups) for n in ("From Min", "From Max", "To Min", "To Max"))
-        share = (mean(value) - low) / (high - low) if high != low else 0
-        return to_low + (to_high - to_low) * min(max(share, 0), 1)
+        function = lambda c: to_low + (to_high - to_low) * np.clip((c - low) / (high - low if high != low else 1), 0, 1)
+        mapped = self.on_colours(value, f"range {low} {high} {to_low} {to_high}", function)
+        return mapped if isinstance(mapped, Texture) else mean(mapped)
 
     def value_valtorgb(self, node, output, groups):
         socket = node.inputs[0]
         value = self.value(socket, groups)
         index = 3 if output.name == "Alpha" else slice(0, 3)
         if isinstance(value, Texture):
-            self.notes.add(ADJUSTED)
-            ends = [mean(tuple(node.color_ramp.evaluate(x)[:3])) for x in (0.0, 1.0)]
-            return value if ends[0] < ends[1] else tuple(node.color_ramp.evaluate(0.5)[:3])
+            return self.ramp(node.color_ramp, value, output.name == "Alpha")
         if not socket.is_linked:
             result = node.color_ramp.evaluate(mean(value))[index]
             return tuple(result) if index != 3 else result
         self.notes.add(MEAN)
         samples = [node.color_ramp.evaluate((k + 0.5) / 16)[index] for k in range(16)]
         return sum(samples) / 16 if index == 3 else tuple(sum(s[c] for s in samples) / 16 for c in range(3))
+
+    def ramp(self, ramp, value, is_alpha):
+        steps = np.linspace(0, 1, 257)
+        table = np.array([tuple(ramp.evaluate(float(x))) for x in steps])
+        table = np.repeat(table[:, 3:], 3, 1) if is_alpha else table[:, :3]
+        index = {"red": 0, "green": 1, "blue": 2}.get(value.channel)
+        grey = (lambda c: c[..., index]) if index is not None else (lambda c: c @ LUMINANCE)
+        apply = lambda c: np.stack([np.interp(grey(c), steps, table[:, k]) for k in range(3)], -1)
+        return value.changed(f"ramp {value.channel} {hash(table.tobytes())}", apply).replaced(channel=None)
 
     def value_vertex_color(self, node, output, groups):
         if output.name == "Alpha":
@@ -310,8 +363,10 @@ class Reader:
         if inner.type == "NORMAL_MAP":
             value = self.input(inner, "Color", groups)
             if isinstance(value, Texture) and inner.space == "TANGENT":
-                uv_name = inner.uv_map or value.uv_name
-                return {"normal_texture": value.replaced(uv_name=uv_name), "normal_scale": self.constant(inner, "Strength", groups, 1)}
+                if value.changes:
+                    self.notes.add(ADJUSTED)
+                value = value.replaced(uv_name=inner.uv_map or value.uv_name, changes=(), factor=(1, 1, 1))
+                return {"normal_texture": value, "normal_scale": self.constant(inner, "Strength", groups, 1)}
         self.notes.add("normals that are no tangent-space map")
         return {}
 
@@ -497,14 +552,29 @@ BLENDS = {
     "MIX": lambda a, b: b,
     "MULTIPLY": lambda a, b: a * b,
     "ADD": lambda a, b: a + b,
-    "SUBTRACT": lambda a, b: max(a - b, 0),
+    "SUBTRACT": lambda a, b: np.maximum(a - b, 0),
     "SCREEN": lambda a, b: 1 - (1 - a) * (1 - b),
-    "DIVIDE": lambda a, b: a / b if b else a,
+    "DIVIDE": lambda a, b: a / np.maximum(b, 1e-6),
     "DIFFERENCE": lambda a, b: abs(a - b),
-    "DARKEN": min,
-    "LIGHTEN": max,
-    "OVERLAY": lambda a, b: 2 * a * b if a < 0.5 else 1 - 2 * (1 - a) * (1 - b),
+    "DARKEN": np.minimum,
+    "LIGHTEN": np.maximum,
+    "OVERLAY": lambda a, b: np.where(np.asarray(a) < 0.5, 2 * a * b, 1 - 2 * (1 - a) * (1 - b)),
 }
+
+ARRAY_MATH = {
+    "ADD": np.add,
+    "SUBTRACT": np.subtract,
+    "MULTIPLY": np.multiply,
+    "DIVIDE": lambda a, b: a / np.maximum(b, 1e-6),
+    "POWER": lambda a, b: np.maximum(a, 0) ** b,
+    "MINIMUM": np.minimum,
+    "MAXIMUM": np.maximum,
+    "SQRT": lambda a, _: np.sqrt(np.maximum(a, 0)),
+    "LESS_THAN": lambda a, b: (a < b).astype(float),
+    "GREATER_THAN": lambda a, b: (a > b).astype(float),
+}
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 MATH = {
     "ADD": lambda a, b, *_: a + b,
@@ -520,6 +590,22 @@ MATH = {
     "LESS_THAN": lambda a, b, *_: float(a < b),
     "GREATER_THAN": lambda a, b, *_: float(a > b),
 }
+
+
+def to_grey(colours):
+    return np.repeat((colours @ LUMINANCE)[..., None], 3, -1)
+
+
+def shifted_hue(colours, hue, saturation, value):
+    """Colours whose hue was turned (a half is none), and whose saturation and value were multiplied."""
+    high, low = colours.max(-1), colours.min(-1)
+    chroma = np.maximum(high - low, 1e-12)
+    r, g, b = (colours[..., k] for k in range(3))
+    sector = np.where(high == r, (g - b) / chroma % 6, np.where(high == g, (b - r) / chroma + 2, (r - g) / chroma + 4))
+    turned = (sector / 6 + hue - 0.5) % 1
+    share = np.clip((high - low) / np.maximum(high, 1e-12) * saturation, 0, 1)
+    parts = [np.clip(np.abs((turned * 6 + k) % 6 - 3) - 1, 0, 1) for k in (0, 4, 2)]
+    return np.stack([high * value * (1 - share + share * part) for part in parts], -1)
 
 
 def blackbody(kelvin):

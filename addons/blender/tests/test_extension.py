@@ -210,6 +210,22 @@ class Nodes(unittest.TestCase):
         self.assertAlmostEqual(0.04 * surface["specular_colour"][0], 0.08)
         self.assertFalse(self.notes)
 
+    def test_nodes_between_a_picture_and_a_shader_change_its_pixels(self):
+        invert = node("INVERT", Socket("Fac", 1.0), linked("Color", self.image(), kind="RGBA"))
+        grey = node("RGBTOBW", linked("Color", invert))
+        power = node("MATH", linked("Value", grey), Socket("Value", 2.0), Socket("Value", 0.5), operation="POWER")
+        texture = self.reader.value(linked("Roughness", power))
+        pixels = np.array([[[0.5, 1.0, 0.0]]])
+        for _, function in texture.changes:
+            pixels = function(pixels)
+        np.testing.assert_allclose(pixels, np.full((1, 1, 3), (0.2126 * 0.5 + 0.0722) ** 2))
+        self.assertFalse(self.notes)
+
+    def test_hue_turns_and_keeps(self):
+        colours = np.array([[1.0, 0.0, 0.0], [0.2, 0.5, 0.4]])
+        np.testing.assert_allclose(nodes.shifted_hue(colours, 0.5, 1, 1), colours, atol=1e-12)
+        np.testing.assert_allclose(nodes.shifted_hue(colours[:1], 0.5 + 1 / 3, 1, 0.5), [[0, 0.5, 0]], atol=1e-12)
+
     def test_unknown_nodes_are_noted(self):
         shader = node("BSDF_DIFFUSE", linked("Color", node("TEX_NOISE")), Socket("Roughness", 0.0))
         self.assertEqual(self.reader.shader(linked("Surface", shader))["base_colour"], (0.5, 0.5, 0.5))
