@@ -328,6 +328,7 @@ def passes(out):
     with open(f"{out}/passes.exr", "rb") as file:
         head = file.read(20000)
     check(b"Raywright" in head and b"error 0." in head, "the picture's error is in the file's metadata")
+    check(bpy.ops.raywright.list_left_out() == {"FINISHED"}, "the scene is checked without a render")
     prepare("CYCLES")
     scene.cycles.samples = 16
     bpy.ops.render.render(write_still=True)

@@ -5,20 +5,18 @@ blur nor sizes of lamps. So meshes and materials are read from the evaluated sce
 """
 
 import math
-import os
 
 import numpy as np
 
-from . import exr, nodes
+from . import nodes, scene_file, shaders
+from .meshes import corner_data
+from .pictures import Pictures
 
 GEOMETRY = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "VOLUME"}
 MESHED = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
-READ = {".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tga", ".gif", ".tif", ".tiff", ".hdr", ".exr"}
-LINEAR = {"Non-Color", "Raw", "Linear", "Linear Rec.709", "Generic Data"}
-MOST_UV_SETS = 8
 
 
-class Export:
+class Export(Pictures):
     """One export: the description as it grows, and what Raywright can't show, each with the names of its owners."""
 
     def __init__(self, depsgraph, folder):
@@ -31,98 +29,6 @@ class Export:
 
     def note(self, what, owner):
         self.left_out.setdefault(what, set()).add(owner)
-
-    # ------------------------------------------------------------------------------------------------ pictures and textures
-
-    def image(self, image, changes=()):
-        """Name of a picture of Blender in the file. One that has no pixels is pink, as in Blender."""
-        key = (image.name_full, *(name for name, _ in changes))
-        if key not in self.image_names:
-            path = self.changed_image(image, changes) if changes else self.image_file(image)
-            if path is None:
-                self.note("pictures that can't be read", image.name)
-                path = self.png(np.array([[[255, 0, 255, 255]]], np.uint8))
-            self.image_names[key] = f"image {len(self.image_names)}"
-            self.description["images"].append({"name": self.image_names[key], "path": path})
-        return self.image_names[key]
-
-    def image_file(self, image):
-        import bpy
-
-        path = bpy.path.abspath(image.filepath, library=image.library) if image.filepath else ""
-        ending = os.path.splitext(path)[1].lower()
-        if image.source in {"TILED", "SEQUENCE", "MOVIE"}:
-            self.note("tiles and frames of pictures: one alone is shown", image.name)
-        elif not image.is_dirty and ending in READ:
-            if image.packed_file:
-                return self.write(f"image{len(self.image_names)}{ending}", bytes(image.packed_file.data))
-            if image.source == "FILE" and os.path.isfile(path):
-                return os.path.realpath(path).replace(os.sep, "/")
-        pixels = image_pixels(image)
-        if pixels is None:
-            return None
-        if not image.is_float:
-            return self.png((np.clip(pixels, 0, 1) * 255 + 0.5).astype(np.uint8))
-        name = f"image{len(self.image_names)}.exr"
-        exr.write(os.path.join(self.folder, name), pixels)
-        return name
-
-    def changed_image(self, image, changes):
-        """A picture whose linear colours went through functions, as sRGB codes."""
-        pixels = image_pixels(image)
-        if pixels is None:
-            return None
-        colours = pixels[..., :3].astype(float)
-        if not is_linear(image):
-            colours = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
-        for _, function in changes:
-            colours = function(colours)
-        colours = np.clip(colours, 0, 1)
-        pixels[..., :3] = np.where(colours <= 0.0031308, 12.92 * colours, 1.055 * colours ** (1 / 2.4) - 0.055)
-        return self.png((np.clip(pixels, 0, 1) * 255 + 0.5).astype(np.uint8))
-
-    def png(self, codes):
-        name = f"image{len(self.image_names)}.png"
-        exr.write_png(os.path.join(self.folder, name), codes)
-        return name
-
-    def write(self, name, content):
-        with open(os.path.join(self.folder, name), "wb") as file:
-            file.write(content)
-        return name
-
-    def texture(self, texture):
-        """Use of a texture in a material."""
-        image = self.image(texture.image, texture.changes)
-        space = "linear" if is_linear(texture.image) and not texture.changes else "srgb"
-        key = (image, texture.nearest, texture.clamp, space)
-        if key not in self.texture_names:
-            name = f"texture {len(self.texture_names)}"
-            self.texture_names[key] = name
-            wrap = "clamp" if texture.clamp else "repeat"
-            entry = {"name": name, "image": image, "colour_space": space, "filter": "nearest" if texture.nearest else "bilinear"}
-            self.description["textures"].append({**entry, "wrap_u": wrap, "wrap_v": wrap})
-        use = {"name": self.texture_names[key], "uv_set": self.uv_set(texture.uv_name)}
-        if texture.matrix is not None:
-            # Blender's v grows upwards, the file's downwards.
-            (a, b, c), (d, e, f) = texture.matrix
-            use["uv_transform"] = [[a, -b, b + c], [-d, e, 1 - e - f]]
-        if texture.channel:
-            use["channel"] = texture.channel
-        elif texture.factor != (1, 1, 1):
-            use["factor"] = list(texture.factor)
-        return use
-
-    def uv_set(self, name):
-        """Set 0 is the active map of each mesh; the others have one number in all meshes."""
-        if not name:
-            return 0
-        if name not in self.uv_names:
-            if len(self.uv_names) == MOST_UV_SETS - 1:
-                self.note("more than eight UV maps", name)
-                return 0
-            self.uv_names.append(name)
-        return 1 + self.uv_names.index(name)
 
     # ---------------------------------------------------------------------------------------------------------- materials
 
@@ -143,7 +49,7 @@ class Export:
         return self.material_names[key]
 
     def surface(self, material, notes, name):
-        reader = nodes.Reader(notes)
+        reader = shaders.Reader(notes)
         output = material.node_tree.get_output_node("CYCLES") or material.node_tree.get_output_node("ALL")
         surface = reader.shader(output.inputs["Surface"]) if output else None
         if output and output.inputs["Volume"].is_linked:
@@ -154,7 +60,7 @@ class Export:
             self.coloured.add(name)
             surface["vertex_colours"] = True
         # Cycles shows a surface without a shader as black, or as nothing around a volume.
-        return surface or dict(nodes.BLACK)
+        return surface or dict(shaders.BLACK)
 
     def volume(self, node, reader, surface, notes):
         if node.type != "VOLUME_ABSORPTION" or surface is None or not surface.get("transmission"):
@@ -217,7 +123,8 @@ class Export:
         for slot in np.unique(slots):
             chosen = corners.reshape(-1, 3)[slots == slot].ravel()
             colours = data["colours"][chosen] if names[slot] in self.coloured and data["colours"] is not None else None
-            glb = scene_file_glb(data, chosen, colours)
+            uv_sets = [uv[chosen] for uv in data["uv_sets"]]
+            glb = scene_file.glb(data["positions"][chosen], data["normals"][chosen], uv_sets, colours)
             name = f"mesh {len(self.description['meshes'])}"
             self.description["meshes"].append((name, self.write(f"{name.replace(' ', '')}.glb", glb)))
             parts.append((name, names[slot]))
@@ -294,8 +201,6 @@ class Export:
 
     def camera(self, size, region):
         """The camera of a picture of `size`, of which `region` (x, y from the top, width, height) is rendered."""
-        from . import scene_file
-
         thing = self.depsgraph.scene_eval.camera
         data = thing.data
         render = self.depsgraph.scene_eval.render
@@ -344,7 +249,7 @@ class Export:
         self.description["world"] = entry
 
     def world_nodes(self, world, notes):
-        reader = nodes.Reader(notes)
+        reader = shaders.Reader(notes)
         output = world.node_tree.get_output_node("CYCLES") or world.node_tree.get_output_node("ALL")
         if output is None:
             return None
@@ -373,26 +278,6 @@ class Export:
         return {"colour": tint, "strength": max(strength, 0.0)}
 
 
-def is_linear(image):
-    return image.is_float or image.colorspace_settings.name in LINEAR
-
-
-def image_pixels(image):
-    """Pixels as Blender has them, rows from the top, RGBA; none of a picture that can't be read."""
-    width, height = image.size
-    if not width or not height:
-        return None
-    pixels = np.empty(width * height * image.channels, np.float32)
-    image.pixels.foreach_get(pixels)
-    pixels = pixels.reshape(height, width, image.channels)[::-1]
-    whole = np.ones((height, width, 4), np.float32)
-    if image.channels < 3:
-        whole[..., :3] = pixels[..., :1]
-    else:
-        whole[..., : image.channels] = pixels
-    return whole
-
-
 PASSED = {"HUE_SAT", "GAMMA", "BRIGHTCONTRAST", "CURVE_RGB", "MIX", "MIX_RGB", "VALTORGB", "INVERT"}
 
 
@@ -415,55 +300,10 @@ def lamp_colour(light):
     if getattr(light, "use_temperature", False):
         colour = [a * b for a, b in zip(colour, light.temperature_color)]
     if light.use_nodes and light.node_tree:
-        reader = nodes.Reader(set())
+        reader = shaders.Reader(set())
         output = light.node_tree.get_output_node("CYCLES") or light.node_tree.get_output_node("ALL")
         surface = reader.shader(output.inputs["Surface"]) if output else None
         emitted = (surface or {}).get("emission", (0.0,) * 3)
         if not isinstance(emitted, nodes.Texture):
             colour = [a * b for a, b in zip(colour, emitted)]
     return colour, factor
-
-
-def scene_file_glb(data, chosen, colours):
-    from . import scene_file
-
-    uv_sets = [uv[chosen] for uv in data["uv_sets"]]
-    return scene_file.glb(data["positions"][chosen], data["normals"][chosen], uv_sets, colours)
-
-
-def corner_data(mesh, uv_names):
-    """Arrays with a row a corner of a mesh: positions, normals, coordinates of the named maps (empty: the active one), colours."""
-    corners = len(mesh.loops)
-    vertices = np.empty(corners, np.int32)
-    mesh.loops.foreach_get("vertex_index", vertices)
-    positions = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", positions)
-    normals = np.empty(3 * corners, np.float32)
-    mesh.corner_normals.foreach_get("vector", normals)
-    layers = []
-    for name in uv_names:
-        layer = mesh.uv_layers.get(name) if name else next((l for l in mesh.uv_layers if l.active_render), None)
-        layers.append(layer or next((l for l in mesh.uv_layers if l.active_render), None))
-    while layers and layers[-1] is None:
-        layers.pop()
-    uv_sets = []
-    for layer in layers:
-        uv = np.empty(2 * corners, np.float32)
-        layer.uv.foreach_get("vector", uv)
-        uv_sets.append(uv.reshape(-1, 2))
-    return {
-        "positions": positions.reshape(-1, 3)[vertices],
-        "normals": normals.reshape(-1, 3),
-        "uv_sets": uv_sets,
-        "colours": corner_colours(mesh, vertices),
-    }
-
-
-def corner_colours(mesh, vertices):
-    attribute = mesh.color_attributes.active_color
-    if attribute is None:
-        return None
-    colours = np.empty(4 * len(attribute.data), np.float32)
-    attribute.data.foreach_get("color", colours)
-    colours = colours.reshape(-1, 4)
-    return colours[vertices] if attribute.domain == "POINT" else colours

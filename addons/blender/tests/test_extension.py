@@ -13,11 +13,11 @@ import unittest
 import numpy as np
 
 SOURCE = pathlib.Path(__file__).resolve().parents[1] / "raywright"
-sys.path.insert(0, str(SOURCE))
-import exr
-import nodes
-import program
-import scene_file
+# The package without its first file, which needs Blender.
+package = types.ModuleType("extension")
+package.__path__ = [str(SOURCE)]
+sys.modules["extension"] = package
+from extension import colours, exr, nodes, program, scene_file, shaders
 
 STILL = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 CAMERA = {
@@ -169,7 +169,7 @@ class Pictures(unittest.TestCase):
 class Nodes(unittest.TestCase):
     def setUp(self):
         self.notes = set()
-        self.reader = nodes.Reader(self.notes)
+        self.reader = shaders.Reader(self.notes)
 
     def image(self, **values):
         return node("TEX_IMAGE", Socket("Vector", kind="VECTOR"), outputs=("Color", "Alpha"), image="picture", **values)
@@ -222,9 +222,9 @@ class Nodes(unittest.TestCase):
         self.assertFalse(self.notes)
 
     def test_hue_turns_and_keeps(self):
-        colours = np.array([[1.0, 0.0, 0.0], [0.2, 0.5, 0.4]])
-        np.testing.assert_allclose(nodes.shifted_hue(colours, 0.5, 1, 1), colours, atol=1e-12)
-        np.testing.assert_allclose(nodes.shifted_hue(colours[:1], 0.5 + 1 / 3, 1, 0.5), [[0, 0.5, 0]], atol=1e-12)
+        pair = np.array([[1.0, 0.0, 0.0], [0.2, 0.5, 0.4]])
+        np.testing.assert_allclose(colours.shifted_hue(pair, 0.5, 1, 1), pair, atol=1e-12)
+        np.testing.assert_allclose(colours.shifted_hue(pair[:1], 0.5 + 1 / 3, 1, 0.5), [[0, 0.5, 0]], atol=1e-12)
 
     def test_unknown_nodes_are_noted(self):
         shader = node("BSDF_DIFFUSE", linked("Color", node("TEX_NOISE")), Socket("Roughness", 0.0))
