@@ -9,6 +9,7 @@ Not a part of .ci/run: the module is 350 MB. It ends with 1 where a check fails.
 import math
 import os
 import pathlib
+import subprocess
 import sys
 import tempfile
 import time
@@ -38,6 +39,8 @@ def install(out):
     """The extension's zip, as *Install from Disk* does it."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     archive = pack.pack(str(pathlib.Path(out, "raywright.zip").resolve()))
+    tool = pathlib.Path(bpy.utils.system_resource("SCRIPTS"), "addons_core", "bl_pkg", "cli", "blender_ext.py")
+    check(subprocess.run([sys.executable, tool, "validate", archive]).returncode == 0, "the manifest is valid")
     bpy.ops.preferences.addon_enable(module="bl_pkg")
     bpy.ops.extensions.package_install_files(filepath=archive, repo="user_default", enable_on_install=True, overwrite=True)
     engines = [getattr(e, "bl_idname", "") for e in bpy.types.RenderEngine.__subclasses__()]
