@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::generated::HashedRandom;
 use super::measure::{
-    BenchMethod, BenchedGeometry, ScanTreePair, ScanTreeTiming, measure_scan_and_tree, time_builds,
+    BenchMethod, BenchedGeometry, ScanTreeTiming, measure_scan_and_tree, time_builds,
 };
 use super::{BenchError, BenchOptions, SEEDS};
 use crate::camera::PreparedCamera;
@@ -65,31 +65,29 @@ fn compare_scene_with_method(
             |()| build_geometry::<f32>(scene, &lookup, kind, &()),
         )
     };
-    let [(scan, scan_build), (tree, tree_build)] = method.options.accelerator_kinds().map(build);
-    let (scan, tree) = (scan?, tree?);
-    if tree.geometry.is_empty() {
+    let [scan, tree] = method.options.accelerator_kinds().map(build);
+    let pair = [
+        BenchedGeometry {
+            geometry: scan.0?.geometry,
+            build: scan.1,
+        },
+        BenchedGeometry {
+            geometry: tree.0?.geometry,
+            build: tree.1,
+        },
+    ];
+    let tree = &pair[1].geometry;
+    if tree.is_empty() {
         return Err(BenchError::Empty);
     }
     let origin = StorageOrigin::from_scene::<f32>(scene, &lookup).origin;
-    let rays = camera_rays(&tree.geometry, settings, origin);
-    let contest = ScanTreePair {
-        scan: BenchedGeometry {
-            geometry: &scan.geometry,
-            build: scan_build,
-            bytes: scan.geometry.memory_bytes(),
-        },
-        tree: BenchedGeometry {
-            geometry: &tree.geometry,
-            build: tree_build,
-            bytes: tree.geometry.memory_bytes(),
-        },
-    };
-    let camera = measure_scan_and_tree(&contest, &rays, method)?;
+    let rays = camera_rays(tree, settings, origin);
+    let camera = measure_scan_and_tree(&pair, &rays, method)?;
     on_row(&camera);
-    let bounced = bounce_rays(&tree.geometry, &rays);
+    let bounced = bounce_rays(tree, &rays);
     let bounce = match bounced.as_slice() {
         [] => None,
-        rays => Some(measure_scan_and_tree(&contest, rays, method)?),
+        rays => Some(measure_scan_and_tree(&pair, rays, method)?),
     };
     bounce.iter().for_each(on_row);
     Ok(SceneComparison { camera, bounce })

@@ -53,18 +53,10 @@ const FEWEST_RAYS: usize = 16;
 const PATIENCE: f64 = 8.0;
 
 /// Geometry with one accelerator, linear scan or BVH.
-pub(super) struct BenchedGeometry<'a> {
-    pub geometry: &'a Geometry<f32>,
+pub(super) struct BenchedGeometry {
+    pub geometry: Geometry<f32>,
     /// Seconds of a build.
     pub build: SampleQuantiles,
-    /// Memory of primitives and accelerator in bytes.
-    pub bytes: usize,
-}
-
-/// Geometry of one scene, once with linear scan and once with BVH.
-pub(super) struct ScanTreePair<'a> {
-    pub scan: BenchedGeometry<'a>,
-    pub tree: BenchedGeometry<'a>,
 }
 
 /// Costs of one accelerator: time and tests per closest-hit query, build time and memory.
@@ -119,119 +111,46 @@ pub struct HitMismatch {
     pub tree: String,
 }
 
-/// Compares the hits of linear scan and BVH, then times both alternately. `rays` must not be empty.
+/// Compares the hits of linear scan and BVH, then times both alternately. A scan of which a sample
+/// would take too long is left out. `rays` must not be empty.
 pub(super) fn measure_scan_and_tree(
-    contest: &ScanTreePair<'_>,
+    [scan, tree]: &[BenchedGeometry; 2],
     rays: &[Ray<f32>],
     method: &BenchMethod,
 ) -> Result<ScanTreeTiming, HitMismatch> {
-    let tree = &contest.tree;
-    let tree_sample = RaySample::from_intended_duration(tree.geometry, rays, method);
-    let mut scan = ScanTimer::new(&contest.scan, rays, method);
-    scan.compare_hits(tree.geometry)?;
-    let mut of_tree = Vec::new();
-    for _ in 0..method.options.repeats.max(1) {
-        let scanned = scan.time_ray_sample();
-        let walked = tree_sample.time_per_ray(tree.geometry);
-        of_tree.push(walked);
-        scan.record_times(scanned, walked);
+    let tree_sample = RaySample::from_intended_duration(&tree.geometry, rays, method);
+    let scan_sample = RaySample::from_intended_duration(&scan.geometry, rays, method);
+    let longest = PATIENCE * method.options.sample_seconds;
+    let scan_sample = Some(scan_sample).filter(|sample| sample.expected_seconds() <= longest);
+    if let Some(sample) = &scan_sample {
+        sample.compare_hits(&scan.geometry, &tree.geometry)?;
     }
-    let hits = rays
-        .iter()
-        .filter(|ray| closest_hit(tree.geometry, ray).is_some())
-        .count();
+    let (mut of_scan, mut of_tree) = (Vec::new(), Vec::new());
+    for _ in 0..method.options.repeats.max(1) {
+        let scanned = scan_sample
+            .as_ref()
+            .map(|sample| sample.time_per_ray(&scan.geometry));
+        of_scan.extend(scanned);
+        of_tree.push(tree_sample.time_per_ray(&tree.geometry));
+    }
+    let is_hit = |ray: &&Ray<f32>| closest_hit(&tree.geometry, ray).is_some();
     Ok(ScanTreeTiming {
         primitives: tree.geometry.len(),
-        hit_share: hits as f64 / rays.len() as f64,
-        scan: scan.query_cost(),
+        hit_share: rays.iter().filter(is_hit).count() as f64 / rays.len() as f64,
+        ratio: time_ratio(&of_scan, &of_tree),
+        scan: scan_sample.map(|sample| sample.query_cost(scan, &of_scan)),
         tree: tree_sample.query_cost(tree, &of_tree),
-        ratio: scan.time_ratio(),
     })
 }
 
-/// Timing of the linear scan, also relative to the BVH. It records nothing if a sample would take
-/// too long.
-struct ScanTimer<'a> {
-    scan_geometry: &'a BenchedGeometry<'a>,
-    sample: Option<RaySample<'a>>,
-    seconds: Vec<f64>,
-    ratios: Vec<f64>,
-}
-
-impl<'a> ScanTimer<'a> {
-    fn new(
-        contestant: &'a BenchedGeometry<'a>,
-        rays: &'a [Ray<f32>],
-        method: &BenchMethod,
-    ) -> Self {
-        let longest = PATIENCE * method.options.sample_seconds;
-        let sample = Some(RaySample::from_intended_duration(
-            contestant.geometry,
-            rays,
-            method,
-        ))
-        .filter(|sample| sample.expected_seconds() <= longest);
-        Self {
-            scan_geometry: contestant,
-            sample,
-            seconds: Vec::new(),
-            ratios: Vec::new(),
-        }
-    }
-
-    /// Compares the hits of the scan with those of `tree` to the bit: distance, surface parameters,
-    /// primitive and instance.
-    fn compare_hits(&self, tree: &Geometry<f32>) -> Result<(), HitMismatch> {
-        let bits = |hit: &Option<Hit<f32>>| {
-            hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.tie_order()))
-        };
-        for (index, ray) in self
-            .sample
-            .iter()
-            .flat_map(RaySample::selected_rays)
-            .enumerate()
-        {
-            let (a, b) = (
-                closest_hit(self.scan_geometry.geometry, ray),
-                closest_hit(tree, ray),
-            );
-            if bits(&a) != bits(&b) {
-                return Err(HitMismatch {
-                    ray: index * self.sample.as_ref().map_or(1, |sample| sample.step),
-                    primitives: tree.len(),
-                    scan: format!("{a:?}"),
-                    tree: format!("{b:?}"),
-                });
-            }
-        }
-        Ok(())
-    }
-
-    /// Times the scan on one sample. Returns the seconds per ray, or `None` if the scan is not
-    /// timed.
-    fn time_ray_sample(&self) -> Option<f64> {
-        self.sample
-            .as_ref()
-            .map(|sample| sample.time_per_ray(self.scan_geometry.geometry))
-    }
-
-    /// Records `own`, the seconds per ray of the scan, and its ratio to `tree`, those of the BVH.
-    fn record_times(&mut self, own: Option<f64>, tree: f64) {
-        self.seconds.extend(own);
-        self.ratios.extend(own.map(|own| own / tree));
-    }
-
-    fn query_cost(&self) -> Option<QueryCost> {
-        self.sample
-            .as_ref()
-            .map(|sample| sample.query_cost(self.scan_geometry, &self.seconds))
-    }
-
-    fn time_ratio(&self) -> Option<SampleQuantiles> {
-        self.sample
-            .as_ref()
-            .map(|_| SampleQuantiles::from_samples(&self.ratios))
-    }
+/// Returns the times of a scan over those of a tree, timed in turns; `None` without a time of the scan.
+fn time_ratio(scan: &[f64], tree: &[f64]) -> Option<SampleQuantiles> {
+    let ratios: Vec<f64> = scan
+        .iter()
+        .zip(tree)
+        .map(|(scan, tree)| scan / tree)
+        .collect();
+    (!ratios.is_empty()).then(|| SampleQuantiles::from_samples(&ratios))
 }
 
 fn closest_hit(geometry: &Geometry<f32>, ray: &Ray<f32>) -> Option<Hit<f32>> {
@@ -282,6 +201,26 @@ impl<'a> RaySample<'a> {
         self.rays.iter().step_by(self.step)
     }
 
+    /// Compares the hits of scan and BVH to the bit: distance, surface parameters, primitive and
+    /// instance.
+    fn compare_hits(&self, scan: &Geometry<f32>, tree: &Geometry<f32>) -> Result<(), HitMismatch> {
+        let bits = |hit: &Option<Hit<f32>>| {
+            hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.tie_order()))
+        };
+        for (index, ray) in self.selected_rays().enumerate() {
+            let [a, b] = [scan, tree].map(|geometry| closest_hit(geometry, ray));
+            if bits(&a) != bits(&b) {
+                return Err(HitMismatch {
+                    ray: index * self.step,
+                    primitives: tree.len(),
+                    scan: format!("{a:?}"),
+                    tree: format!("{b:?}"),
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// Returns the number of rays that are traced once per pass.
     fn rays_per_pass(&self) -> usize {
         self.rays.len().div_ceil(self.step)
@@ -308,7 +247,7 @@ impl<'a> RaySample<'a> {
 
     /// Returns the cost per query. `seconds` are the seconds per ray of several timings of the
     /// sample.
-    fn query_cost(&self, contestant: &BenchedGeometry<'_>, seconds: &[f64]) -> QueryCost {
+    fn query_cost(&self, contestant: &BenchedGeometry, seconds: &[f64]) -> QueryCost {
         let mut stats = TraversalStats::default();
         for ray in self.selected_rays() {
             contestant
@@ -322,7 +261,7 @@ impl<'a> RaySample<'a> {
             nodes_per_ray: stats.nodes as f64 / rays as f64,
             tests_per_ray: stats.primitives as f64 / rays as f64,
             build_milliseconds: contestant.build.scale(1e3),
-            bytes: contestant.bytes,
+            bytes: contestant.geometry.memory_bytes(),
         }
     }
 }

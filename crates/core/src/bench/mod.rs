@@ -16,7 +16,7 @@ use raywright_bvh::{Geometry, GeometryError, PrimitiveSet};
 use serde::Serialize;
 
 use crate::prepare::PrepareError;
-use measure::{BenchMethod, BenchedGeometry, ScanTreePair, measure_scan_and_tree, time_builds};
+use measure::{BenchMethod, BenchedGeometry, measure_scan_and_tree, time_builds};
 
 pub use comparison::{SceneComparison, compare_scene};
 pub(crate) use generated::generate_primitives;
@@ -116,12 +116,9 @@ fn measure_generated_with_method(
         let group: PrimitiveSet<f32> = generate_primitives(kind, size, SEEDS[0])?;
         let build =
             |kind| time_builds(method, || group.clone(), |group| Geometry::new(group, kind));
-        let [scan, tree] = method.options.accelerator_kinds().map(build);
-        let contest = ScanTreePair {
-            scan: benched_geometry(&scan.0, scan.1),
-            tree: benched_geometry(&tree.0, tree.1),
-        };
-        let row = measure_scan_and_tree(&contest, &rays, method)?;
+        let pair = method.options.accelerator_kinds().map(build);
+        let pair = pair.map(|(geometry, build)| BenchedGeometry { geometry, build });
+        let row = measure_scan_and_tree(&pair, &rays, method)?;
         on_row(&row);
         rows.push(row);
     }
@@ -148,15 +145,6 @@ impl GeneratedSceneTimings {
             scan_growth: growth(|row| row.scan),
             rows,
         }
-    }
-}
-
-/// Joins a geometry with the time of its build and its memory.
-fn benched_geometry(geometry: &Geometry<f32>, build: SampleQuantiles) -> BenchedGeometry<'_> {
-    BenchedGeometry {
-        geometry,
-        build,
-        bytes: geometry.memory_bytes(),
     }
 }
 
@@ -246,24 +234,19 @@ mod tests {
                 kind,
             )
         };
-        let (same, other) = (
-            geometry(1, AcceleratorKind::Linear),
-            geometry(2, AcceleratorKind::default()),
-        );
-        let verdict = |scan| {
-            let contestant =
-                |geometry| benched_geometry(geometry, SampleQuantiles::from_samples(&[1.0]));
-            measure_scan_and_tree(
-                &ScanTreePair {
-                    scan: contestant(scan),
-                    tree: contestant(&same),
-                },
-                &generate_rays(4096, 1),
-                &hasty(0.01),
-            )
+        let verdict = |seed| {
+            let pair = [
+                (seed, AcceleratorKind::Linear),
+                (2, AcceleratorKind::default()),
+            ];
+            let pair = pair.map(|(seed, kind)| BenchedGeometry {
+                geometry: geometry(seed, kind),
+                build: SampleQuantiles::from_samples(&[1.0]),
+            });
+            measure_scan_and_tree(&pair, &generate_rays(4096, 1), &hasty(0.01))
         };
-        assert!(verdict(&same).is_ok());
-        assert!(verdict(&other).is_err());
+        assert!(verdict(2).is_ok());
+        assert!(verdict(1).is_err());
     }
 
     /// Protects: sizes ascend without repetition, end with the largest, and reach 10⁶ in thirds of

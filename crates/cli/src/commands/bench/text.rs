@@ -8,7 +8,7 @@ use raywright_io::report::{ReportSection, format_median, format_three_digits};
 
 use super::{BenchMeasurements, BenchReport};
 use crate::console;
-use crate::table::{ColumnAlignment, Table, wrap_paragraph};
+use crate::table::{ColumnAlignment, Table, TableRow, wrap_paragraph};
 
 /// Formats the report for a terminal.
 pub fn format_plain(report: &BenchReport) -> String {
@@ -41,58 +41,125 @@ fn build_sections(report: &BenchReport) -> Vec<ReportSection> {
     match &report.measured {
         BenchMeasurements::Generated(series) => series
             .iter()
-            .flat_map(|s| [build_series_table(s, report), build_series_cost_table(s)])
+            .flat_map(|series| series_sections(series, report))
             .collect(),
-        BenchMeasurements::Given { rows, .. } => vec![
-            build_scene_table(rows, report),
-            build_scene_cost_table(rows),
-        ],
+        BenchMeasurements::Given { rows, .. } => scene_sections(rows, report),
     }
 }
 
-/// Headings of the columns with times of scan and tree, and with their ratio.
-const TIME_HEADINGS: [&str; 3] = ["scan, ns/ray", "tree, ns/ray", "scan : tree"];
-
-fn build_series_table(series: &GeneratedSceneTimings, report: &BenchReport) -> ReportSection {
-    let [scan, tree, ratio] = TIME_HEADINGS;
+/// Returns the sections of times, and of build times and memory, of a series of generated scenes.
+fn series_sections(series: &GeneratedSceneTimings, report: &BenchReport) -> [ReportSection; 2] {
+    let title = capitalise(series.kind.name());
+    let rows: Vec<&ScanTreeTiming> = series.rows.iter().collect();
+    let size = |row: &ScanTreeTiming| row.primitives.to_string();
+    let times = rows.iter().map(|row| (vec![size(row)], *row)).collect();
+    let growth = |label, law: Option<PowerLaw>| law.map(|law| describe_growth(label, &law));
+    let mut notes = vec![describe_crossover(series.crossover)];
+    notes.extend(growth("tree", series.tree_growth));
+    notes.extend(growth("scan", series.scan_growth));
+    notes.extend(describe_skipped_scans(&rows, report));
+    let costs = rows.iter().map(|row| {
+        let cells = |cost| {
+            format_build_cost_cells(cost, |bytes| {
+                format_three_digits(bytes as f64 / row.primitives as f64)
+            })
+        };
+        let cells = [cells(row.scan), cells(Some(row.tree))].concat();
+        [size(row)].into_iter().chain(cells).collect()
+    });
     let names = [
         "N",
+        "scan: build, ms",
+        "bytes/N",
+        "tree: build, ms",
+        "bytes/N",
+    ];
+    [
+        section(title.clone(), time_table(&["N"], times), notes),
+        section(
+            format!("{title}: build and memory"),
+            Table::new([ColumnAlignment::Right; 5], names, costs),
+            Vec::new(),
+        ),
+    ]
+}
+
+/// Returns the sections of times, and of build times and memory, of a given scene.
+fn scene_sections(comparison: &SceneComparison, report: &BenchReport) -> Vec<ReportSection> {
+    let camera = &comparison.camera;
+    let named = [("camera", camera)].into_iter();
+    let named: Vec<_> = named
+        .chain(comparison.bounce.iter().map(|row| ("bounce", row)))
+        .collect();
+    let rows: Vec<&ScanTreeTiming> = named.iter().map(|(_, row)| *row).collect();
+    let times = named.iter().map(|(name, row)| {
+        let cells = vec![(*name).to_owned(), row.tree.rays.to_string()];
+        (cells, *row)
+    });
+    let mut table = time_table(&["rays", "number"], times.collect());
+    table.columns[0] = ColumnAlignment::Left;
+    let mut notes = Vec::new();
+    if comparison.bounce.is_none() {
+        notes.push("No camera ray hits an object, so that no bounce was measured.".to_owned());
+    }
+    notes.extend(describe_skipped_scans(&rows, report));
+    let structures = [("scan", camera.scan), ("tree", Some(camera.tree))];
+    let costs = structures.into_iter().map(|(name, cost)| {
+        let cells = format_build_cost_cells(cost, |bytes| format_bytes(bytes as u64));
+        [name.to_owned()].into_iter().chain(cells).collect()
+    });
+    let mut columns = [ColumnAlignment::Right; 3];
+    columns[0] = ColumnAlignment::Left;
+    let names = ["structure", "build from objects, ms", "memory"];
+    vec![
+        section("Scan against tree".to_owned(), table, notes),
+        section(
+            format!("Build and memory, {} primitives", camera.primitives),
+            Table::new(columns, names, costs),
+            Vec::new(),
+        ),
+    ]
+}
+
+fn section(title: String, table: Table, notes: Vec<String>) -> ReportSection {
+    ReportSection {
+        explanation: String::new(),
+        title,
+        table,
+        notes,
+    }
+}
+
+/// Returns the table of times and tests. Each row has its own cells, below the headings `first`.
+fn time_table(first: &[&str], rows: Vec<(Vec<String>, &ScanTreeTiming)>) -> Table {
+    let names = [
         "rays that hit",
-        scan,
-        tree,
-        ratio,
+        "scan, ns/ray",
+        "tree, ns/ray",
+        "scan : tree",
         "nodes/ray",
         "tests/ray",
     ];
-    let cells = |row: &ScanTreeTiming| {
-        let [scan, tree, ratio] = format_time_cells(row);
-        let [hits, nodes, tests] = format_traversal_cells(row);
-        [
-            row.primitives.to_string(),
-            hits,
-            scan,
-            tree,
-            ratio,
-            nodes,
-            tests,
-        ]
-        .into_iter()
-        .collect()
+    let cells = |(own, row): (Vec<String>, &ScanTreeTiming)| -> TableRow {
+        let scan = row.scan.map(|cost| format_median(&cost.nanoseconds));
+        let ratio = row.ratio.as_ref().map(format_median);
+        let cells = [
+            format!("{:.1} %", row.hit_share * 100.0),
+            scan.unwrap_or_else(|| "not run".to_owned()),
+            format_median(&row.tree.nanoseconds),
+            ratio.unwrap_or_else(|| "-".to_owned()),
+            format!("{:.1}", row.tree.nodes_per_ray),
+            format!("{:.1}", row.tree.tests_per_ray),
+        ];
+        own.into_iter().chain(cells).collect()
     };
-    let mut notes = Vec::new();
-    notes.push(describe_crossover(series.crossover));
-    notes.extend(series.tree_growth.map(|law| describe_growth("tree", &law)));
-    notes.extend(series.scan_growth.map(|law| describe_growth("scan", &law)));
-    notes.extend(describe_skipped_scans(series.rows.iter(), report));
-    ReportSection {
-        explanation: String::new(),
-        title: capitalise(series.kind.name()),
-        table: Table::new(
-            [ColumnAlignment::Right; 7],
-            names,
-            series.rows.iter().map(cells),
-        ),
-        notes,
+    let names = first.iter().chain(&names).map(|&name| name.to_owned());
+    Table {
+        columns: vec![ColumnAlignment::Right; first.len() + 6],
+        rows: [names.collect()]
+            .into_iter()
+            .chain(rows.into_iter().map(cells))
+            .collect(),
     }
 }
 
@@ -110,134 +177,6 @@ fn describe_crossover(crossover: Option<Crossover>) -> String {
         }
         None => "The scan, which tests every primitive, was not timed: from which N on the tree is faster is not known.".to_owned(),
     }
-}
-
-/// Builds the table of build times and memory of a series.
-fn build_series_cost_table(series: &GeneratedSceneTimings) -> ReportSection {
-    let names = [
-        "N",
-        "scan: build, ms",
-        "bytes/N",
-        "tree: build, ms",
-        "bytes/N",
-    ];
-    let cells = |row: &ScanTreeTiming| {
-        let per_primitive = |cost: Option<QueryCost>| {
-            format_build_cost_cells(cost, |bytes| {
-                format_three_digits(bytes as f64 / row.primitives as f64)
-            })
-        };
-        let ([a, b], [c, d]) = (per_primitive(row.scan), per_primitive(Some(row.tree)));
-        [row.primitives.to_string(), a, b, c, d]
-            .into_iter()
-            .collect()
-    };
-    ReportSection {
-        explanation: String::new(),
-        title: format!("{}: build and memory", capitalise(series.kind.name())),
-        table: Table::new(
-            [ColumnAlignment::Right; 5],
-            names,
-            series.rows.iter().map(cells),
-        ),
-        notes: vec![],
-    }
-}
-
-fn build_scene_table(comparison: &SceneComparison, report: &BenchReport) -> ReportSection {
-    let [scan, tree, ratio] = TIME_HEADINGS;
-    let names = [
-        "rays",
-        "number",
-        "that hit",
-        scan,
-        tree,
-        ratio,
-        "nodes/ray",
-        "tests/ray",
-    ];
-    let cells = |name: &str, row: &ScanTreeTiming| {
-        let [scan, tree, ratio] = format_time_cells(row);
-        let [hits, nodes, tests] = format_traversal_cells(row);
-        [
-            name.to_owned(),
-            row.tree.rays.to_string(),
-            hits,
-            scan,
-            tree,
-            ratio,
-            nodes,
-            tests,
-        ]
-        .into_iter()
-        .collect()
-    };
-    let mut notes = vec![];
-    if comparison.bounce.is_none() {
-        notes.push("No camera ray hits an object, so that no bounce was measured.".to_owned());
-    }
-    notes.extend(describe_skipped_scans(
-        [Some(&comparison.camera), comparison.bounce.as_ref()]
-            .into_iter()
-            .flatten(),
-        report,
-    ));
-    let mut columns = [ColumnAlignment::Right; 8];
-    columns[0] = ColumnAlignment::Left;
-    let rows = [cells("camera", &comparison.camera)]
-        .into_iter()
-        .chain(comparison.bounce.iter().map(|row| cells("bounce", row)));
-    ReportSection {
-        explanation: String::new(),
-        title: "Scan against tree".to_owned(),
-        table: Table::new(columns, names, rows),
-        notes,
-    }
-}
-
-fn build_scene_cost_table(comparison: &SceneComparison) -> ReportSection {
-    let row = &comparison.camera;
-    let cells = |(name, cost): (&str, Option<QueryCost>)| {
-        let [build, bytes] = format_build_cost_cells(cost, |bytes| format_bytes(bytes as u64));
-        [name.to_owned(), build, bytes].into_iter().collect()
-    };
-    let structures = [("scan", row.scan), ("tree", Some(row.tree))];
-    let names = ["structure", "build from objects, ms", "memory"];
-    ReportSection {
-        explanation: String::new(),
-        title: format!("Build and memory, {} primitives", row.primitives),
-        table: Table::new(
-            [
-                ColumnAlignment::Left,
-                ColumnAlignment::Right,
-                ColumnAlignment::Right,
-            ],
-            names,
-            structures.into_iter().map(cells),
-        ),
-        notes: vec![],
-    }
-}
-
-/// Formats the cells below the headings [`TIME_HEADINGS`].
-fn format_time_cells(row: &ScanTreeTiming) -> [String; 3] {
-    let scan = row.scan.map(|cost| format_median(&cost.nanoseconds));
-    let ratio = row.ratio.as_ref().map(format_median);
-    [
-        scan.unwrap_or_else(|| "not run".to_owned()),
-        format_median(&row.tree.nanoseconds),
-        ratio.unwrap_or_else(|| "-".to_owned()),
-    ]
-}
-
-/// Formats the cells for the share of rays that hit, and for the nodes and primitive tests of the
-/// tree per ray.
-fn format_traversal_cells(row: &ScanTreeTiming) -> [String; 3] {
-    [
-        format!("{:.1} %", row.hit_share * 100.0),
-        format!("{:.1}", row.tree.nodes_per_ray),
-        format!("{:.1}", row.tree.tests_per_ray),
-    ]
 }
 
 /// Formats two cells: the build time in milliseconds with its spread, and the memory in bytes as
@@ -259,11 +198,8 @@ fn describe_growth(label: &str, law: &PowerLaw) -> String {
     )
 }
 
-fn describe_skipped_scans<'a>(
-    mut rows: impl Iterator<Item = &'a ScanTreeTiming>,
-    report: &BenchReport,
-) -> Option<String> {
-    rows.any(|row| row.scan.is_none()).then(|| {
+fn describe_skipped_scans(rows: &[&ScanTreeTiming], report: &BenchReport) -> Option<String> {
+    rows.iter().any(|row| row.scan.is_none()).then(|| {
         format!(
             "Scans not run: a single timing sample would take much longer than {} ms.",
             format_three_digits(report.sample_seconds * 1e3)

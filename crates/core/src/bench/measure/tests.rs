@@ -7,36 +7,9 @@ use crate::bench::{GeneratedPrimitive, generate_primitives};
 /// 5 and 2, and 8 and 4 seconds, the median is 2.5. Without a timed scan it is `None`.
 #[test]
 fn a_ratio_is_scan_over_tree() {
-    let geometry = Geometry::new(
-        generate_primitives(GeneratedPrimitive::Spheres, 3, 1).unwrap(),
-        AcceleratorKind::Linear,
-    );
-    let contestant = BenchedGeometry {
-        geometry: &geometry,
-        build: SampleQuantiles::from_samples(&[1.0]),
-        bytes: 0,
-    };
-    let rays = crate::bench::generate_rays(16, 1);
-    let method = BenchMethod {
-        options: BenchOptions {
-            repeats: 1,
-            sample_seconds: 1e-4,
-            build: BuildQuality::Fast,
-        },
-        stopwatch: crate::bench::clock::simulate_stopwatch,
-    };
-    let mut scan = ScanTimer::new(&contestant, &rays, &method);
-    for [own, tree] in [[6.0, 2.0], [5.0, 2.0], [8.0, 4.0]] {
-        scan.record_times(Some(own), tree);
-    }
-    let ratio = scan.time_ratio().expect("it was timed");
+    let ratio = time_ratio(&[6.0, 5.0, 8.0], &[2.0, 2.0, 4.0]).expect("it was timed");
     assert_eq!((ratio.min, ratio.median, ratio.max), (2.0, 2.5, 3.0));
-    let mut slow = ScanTimer {
-        sample: None,
-        ..ScanTimer::new(&contestant, &rays, &method)
-    };
-    slow.record_times(None, 2.0);
-    assert_eq!((slow.time_ratio(), slow.query_cost()), (None, None));
+    assert_eq!(time_ratio(&[], &[2.0]), None);
 }
 
 /// Protects: a sample fills its intended time: at ten nanoseconds a test and three primitives, 30

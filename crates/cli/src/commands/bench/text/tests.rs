@@ -37,16 +37,26 @@ fn figures_are_in_their_columns() {
         tree: cost(50.0, 5.0, 6 << 20),
         ratio: Some(quantiles(16.0)),
     };
+    let times = |row: &ScanTreeTiming| {
+        time_table(&["N"], vec![(vec!["7".to_owned()], row)]).rows[1]
+            .cells
+            .join(" | ")
+    };
     assert_eq!(
-        format_time_cells(&row),
-        ["800 ± 5.0 %", "50.0 ± 5.0 %", "16.0 ± 5.0 %"]
+        times(&row),
+        "7 | 62.5 % | 800 ± 5.0 % | 50.0 ± 5.0 % | 16.0 ± 5.0 % | 7.2 | 2.5"
     );
-    assert_eq!(format_traversal_cells(&row), ["62.5 %", "7.2", "2.5"]);
     let comparison = SceneComparison {
         camera: row,
         bounce: None,
     };
-    let sheet = build_scene_cost_table(&comparison);
+    let options = raywright_core::bench::BenchOptions {
+        repeats: 1,
+        sample_seconds: 0.05,
+        build: raywright_core::bvh::BuildQuality::Fast,
+    };
+    let report = BenchReport::new(options, BenchMeasurements::Generated(vec![]));
+    let sheet = &scene_sections(&comparison, &report)[1];
     assert_eq!(sheet.title, "Build and memory, 1000 primitives");
     let rows: Vec<String> = sheet
         .table
@@ -64,7 +74,7 @@ fn figures_are_in_their_columns() {
         ..row
     };
     assert_eq!(
-        format_time_cells(&untimed),
-        ["not run", "50.0 ± 5.0 %", "-"]
+        times(&untimed),
+        "7 | 62.5 % | not run | 50.0 ± 5.0 % | - | 7.2 | 2.5"
     );
 }
