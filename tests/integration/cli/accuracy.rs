@@ -133,7 +133,7 @@ fn files_hold_the_figures() {
     assert_eq!(json, file);
     assert_eq!(
         (&json["format"], &json["scene"], &json["size"]),
-        (&5.into(), &"ball.scene.toml".into(), &vec![16, 12].into())
+        (&6.into(), &"ball.scene.toml".into(), &vec![16, 12].into())
     );
     let list = |of: &str| {
         json[of]
@@ -155,7 +155,6 @@ fn files_hold_the_figures() {
     let csv = std::fs::read_to_string(sandbox.path("a.csv")).expect("a file");
     let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
     let rows = rungs("ladders")
-        + rungs("prices")
         + list("outputs").len()
         + effects.len()
         + frontier.len()
@@ -213,12 +212,20 @@ fn files_hold_the_figures() {
             ("rays", &json["own"]["rays"]),
         ],
     );
-    for ladder in list("prices") {
+    let priced = list("ladders");
+    let is_priced = |ladder: &&Value| {
+        ["build", "accelerator"]
+            .iter()
+            .any(|name| ladder["ladder"] == **name)
+    };
+    let priced: Vec<&Value> = priced.iter().filter(is_priced).collect();
+    assert_eq!(priced.len(), 2);
+    for ladder in priced {
         for rung in ladder["rungs"].as_array().expect("rungs") {
-            let paid = &rung["paid"];
+            let cost = &rung["cost"];
             let columns = [
-                ("preparing_seconds", &paid["preparing"]["median"]),
-                ("geometry_bytes", &paid["geometry"]),
+                ("preparing_seconds", &cost["preparing"]),
+                ("geometry_bytes", &cost["geometry"]),
             ];
             same(
                 ladder["ladder"].as_str().expect("a name"),
@@ -254,9 +261,10 @@ fn files_hold_the_figures() {
     }
 }
 
-/// Protects: the page is self-contained, shows every rung with its picture and error, gives each
-/// setting on the frontier as a command, and escapes special characters in names; its plot is the
-/// same as the separate one.
+/// Protects: the page is self-contained, shows first the picture and its magnified part with the
+/// setting in use, recommended and exact, each with its error, then the plot and the tables. It gives
+/// each setting on the frontier as a command, and escapes special characters in names; its plot is
+/// the same as the separate one.
 #[test]
 fn the_page_stands_alone() {
     let sandbox = Sandbox::new();
@@ -284,19 +292,19 @@ fn the_page_stands_alone() {
     for from_elsewhere in ["src=\"http", "href=", "url(", "@import", "fetch("] {
         assert!(!page.contains(from_elsewhere), "{from_elsewhere}");
     }
-    // Ladders of 2, 2, 6, 4, 6, 3 and 2 rungs, with one current rung in each; the reference has no
-    // error.
-    let (renders, errors) = (
-        page.matches("data-kind=\"render\"").count(),
-        page.matches("data-kind=\"error\"").count(),
-    );
-    assert_eq!(
-        (renders, errors),
-        (
-            1 + 1 + 1 + 1 + 5 + 3 + 5 + 2 + 1,
-            1 + 1 + 1 + 5 + 3 + 5 + 2 + 1
-        )
-    );
+    let place = |words: &str| page.find(words).unwrap_or_else(|| panic!("no {words}"));
+    let order = [
+        "<p class=\"answer\">",
+        "<rect class=\"detail\"",
+        "data-name=\"in use\"",
+        "data-name=\"reference\"",
+        "<h2>Error against time</h2>",
+        "<h2>Worth their time</h2>",
+    ];
+    assert!(order.map(place).is_sorted(), "{:?}", order.map(place));
+    let names = page.matches("data-name=\"").count();
+    assert!(names >= 3, "{names} magnified pictures");
+    assert_eq!(page.matches("<br>error ").count(), names - 1);
     // Ladders that change no picture have prices, each effect has its cost, and all rows of a table
     // have the same width.
     for words in [
@@ -430,6 +438,68 @@ fn mistakes_are_said_at_once() {
         5,
         "raise the limit with --max-memory",
     );
+}
+
+/// Protects: a picture that shows nothing has no error: `render` and `accuracy` state that it is not
+/// known and why, in text and JSON, and no error counts as reached.
+#[test]
+fn a_black_picture_has_no_error() {
+    let sandbox = Sandbox::new();
+    let dark = SCENE
+        .replace("colour = 2", "colour = 2e-3")
+        .replace("[0.3, 0.4, 0.5]", "[3e-4, 4e-4, 5e-4]")
+        .replace("samples = 4,", "samples = 16, integrator = \"path\",");
+    sandbox.write("dark.scene.toml", dark);
+    let run = sandbox.run(&[
+        "render",
+        "dark.scene.toml",
+        "--max-error",
+        "0.5",
+        "--stats",
+        "s.json",
+        "-o",
+        "a.png",
+    ]);
+    run.exits_with(6);
+    assert!(
+        run.stderr.contains("the picture is nearly black"),
+        "{}",
+        run.stderr
+    );
+    let stats = std::fs::read(sandbox.path("s.json")).expect("a report");
+    let stats: Value = serde_json::from_slice(&stats).expect("JSON");
+    assert_eq!(stats["error"]["doubt"], "nearly-black");
+    let words = [
+        "accuracy",
+        "dark.scene.toml",
+        "--size",
+        "32x24",
+        "--budget",
+        "10min",
+        "--rounds",
+        "2",
+        "-o",
+        "a.json",
+        "-q",
+    ];
+    let run = sandbox.run(&words);
+    run.exits_with(0);
+    assert!(
+        run.text()
+            .contains("error not known (the picture is nearly black)"),
+        "{}",
+        run.text()
+    );
+    let report = std::fs::read(sandbox.path("a.json")).expect("a report");
+    let report: Value = serde_json::from_slice(&report).expect("JSON");
+    let error = &report["own"]["errors"]["root_relmse"];
+    assert_eq!(
+        (&error["known"], &report["doubt"]),
+        (&false.into(), &"nearly-black".into())
+    );
+    for advice in ["half_the_error", "same_error", "biased"] {
+        assert!(report["recommendations"][advice].is_null(), "{advice}");
+    }
 }
 
 /// A rough glass ball on a floor, with more samples than the budget allows.

@@ -243,12 +243,10 @@ fn layouts_are_those_of_the_page() {
     );
     let complete = |from: &str, seen: &BTreeSet<String>| {
         // One of several objects with the same keys is enough, because not every scene has each of
-        // them. Whether tree and scan cross over, and which settings take less time for the same
-        // error, depends on measured times.
+        // them. Whether tree and scan cross over depends on measured times.
         let within = documented(from).within;
         let is_seen = |keys: &JsonKeys| seen.iter().any(|at| within.get(at) == Some(keys));
-        let is_timed =
-            |at: &str| ["generated[].crossover", "*.biased", "*.same_error"].contains(&at);
+        let is_timed = |at: &str| at == "generated[].crossover";
         let unseen: Vec<_> = within
             .iter()
             .filter(|(at, keys)| !is_seen(keys) && !is_timed(at))

@@ -7,7 +7,9 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::ProgressListener;
-use super::renderer::{ClockFunction, SettingRenderer, TimedPicture, UnfinishedRender};
+use super::renderer::{ClockFunction, FilmRequest, SettingRenderer, TimedFilm, none_if_cancelled};
+use super::setting::RungSetting;
+use super::trial::mean_and_variance;
 use crate::bench::SampleQuantiles;
 use crate::bench::clock::{Stopwatch, time_on_process};
 use crate::display::Display;
@@ -19,8 +21,9 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Number of rounds for each effect: pairs of a render with the effect and a render without it.
-const ROUNDS: u64 = 3;
+/// Number of rounds for each effect: pairs of a render with the effect and a render without it. The
+/// encodings of output formats are timed as often.
+pub(super) const ROUNDS: u64 = 3;
 /// Width in pixels of the trial render, or the width of the picture if that is less. The size of
 /// all further renders follows from the time of this render.
 const LEAST_WIDTH: f64 = 40.0;
@@ -124,47 +127,32 @@ impl EffectBench<'_> {
             aovs: Vec::new(),
             ..settings.clone()
         };
-        let (mut own, mut costs, mut late) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut costs, mut late, mut own) = (Vec::new(), Vec::new(), Vec::new());
         for effect in measured {
-            let (mut with, mut without) = (Vec::new(), Vec::new());
+            let off = Settings {
+                without: settings.without.or(EffectSet::from_effects(&[effect])),
+                ..settings.clone()
+            };
+            let mut pairs: Vec<[TimedFilm; 2]> = Vec::new();
             for round in 0..ROUNDS {
                 let share =
                     ((self.now)() - self.start).as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
-                listener.report_step(
-                    &format!("rendering without {}", effect.name()),
-                    share.min(1.0),
-                );
-                let off = Settings {
-                    without: settings.without.or(EffectSet::from_effects(&[effect])),
-                    ..settings.clone()
+                let label = format!("rendering without {}", effect.name());
+                listener.report_step(&label, share.min(1.0));
+                let render = |settings| none_if_cancelled(self.render_round(settings, round));
+                let (Some(with), Some(without)) = (render(&settings)?, render(&off)?) else {
+                    break;
                 };
-                match (
-                    self.render_round(&settings, round),
-                    self.render_round(&off, round),
-                ) {
-                    (Ok(all), Ok(less)) => {
-                        own.push(all.seconds);
-                        with.push(all);
-                        without.push(less);
-                    }
-                    (Err(UnfinishedRender::Failed(error)), _)
-                    | (_, Err(UnfinishedRender::Failed(error))) => {
-                        return Err(error);
-                    }
-                    _ => break,
-                }
+                own.push(with.seconds);
+                pairs.push([with, without]);
             }
-            match with.is_empty() {
+            match pairs.is_empty() {
                 true => late.push(effect.name()),
-                false => costs.push(self.summarise_effect_cost(effect, &with, &without)),
+                false => costs.push(self.summarise_effect_cost(effect, &pairs)),
             }
         }
         if own.is_empty() {
-            own.push(
-                self.render_round(&settings, 0)
-                    .map_err(UnfinishedRender::into_error)?
-                    .seconds,
-            );
+            own.push(self.render_round(&settings, 0)?.seconds);
         }
         costs.sort_by(|a, b| b.ratio.median.total_cmp(&a.ratio.median));
         Ok(EffectCosts {
@@ -176,22 +164,18 @@ impl EffectBench<'_> {
     }
 
     /// Prepares and renders the whole picture. `round` selects the random numbers.
-    fn render_round(
-        &self,
-        settings: &Settings,
-        round: u64,
-    ) -> Result<TimedPicture, UnfinishedRender> {
-        let settings = Settings {
-            seed: settings.seed.wrapping_add(round),
-            ..settings.clone()
-        };
-        let renderer = SettingRenderer::new(
-            self.scene,
-            &settings,
-            self.observer,
-            (self.stopwatch, self.now),
-        );
-        renderer.render_picture(self.scene, &settings, self.start + self.budget)
+    fn render_round(&self, settings: &Settings, round: u64) -> Result<TimedFilm, PrepareError> {
+        let clocks = (self.stopwatch, self.now);
+        SettingRenderer::new(self.scene, settings, self.observer, clocks).render_film(
+            &FilmRequest {
+                setting: &RungSetting::default(),
+                round,
+                tiles: None,
+                denoises: false,
+                prepares: true,
+                end: self.start + self.budget,
+            },
+        )
     }
 
     /// Returns the picture size in pixels, at most the scene's, for the renders of this number of
@@ -208,58 +192,44 @@ impl EffectBench<'_> {
                 .size
                 .map(|edge| (f64::from(edge) * factor).round().max(1.0) as u32)
         };
+        let small = Settings {
+            size: scaled(minimum),
+            ..settings.clone()
+        };
         let before = (self.now)();
-        self.render_round(
-            &Settings {
-                size: scaled(minimum),
-                ..settings.clone()
-            },
-            0,
-        )
-        .map_err(UnfinishedRender::into_error)?;
-        let all =
-            ((self.now)() - before).as_secs_f64() * 2.0 * ROUNDS as f64 * effects.max(1) as f64;
-        Ok(scaled(
-            minimum
-                * (0.8 * self.budget.as_secs_f64() / all)
-                    .sqrt()
-                    .clamp(1.0, 1.0 / minimum),
-        ))
+        self.render_round(&small, 0)?;
+        let renders = 2.0 * ROUNDS as f64 * effects.max(1) as f64;
+        let all = ((self.now)() - before).as_secs_f64() * renders;
+        let growth = (0.8 * self.budget.as_secs_f64() / all).sqrt();
+        Ok(scaled(minimum * growth.clamp(1.0, 1.0 / minimum)))
     }
 
-    /// Returns the cost of an effect from renders with and without it. The renders at the same
-    /// index share their random numbers.
-    fn summarise_effect_cost(
-        &self,
-        effect: Effect,
-        with: &[TimedPicture],
-        without: &[TimedPicture],
-    ) -> EffectCost {
-        let seconds: Vec<f64> = without.iter().map(|take| take.seconds).collect();
-        let ratios: Vec<f64> = with
+    /// Returns the cost of an effect from pairs of renders with and without it, which share their
+    /// random numbers.
+    fn summarise_effect_cost(&self, effect: Effect, pairs: &[[TimedFilm; 2]]) -> EffectCost {
+        let seconds: Vec<f64> = pairs.iter().map(|[_, without]| without.seconds).collect();
+        let ratio = |[with, without]: &[TimedFilm; 2]| with.seconds / without.seconds.max(1e-9);
+        let ratios: Vec<f64> = pairs.iter().map(ratio).collect();
+        let pictures: Vec<[Picture; 2]> = pairs
             .iter()
-            .zip(without)
-            .map(|(a, b)| a.seconds / b.seconds.max(1e-9))
-            .collect();
-        let pairs: Vec<(&Picture, &Picture)> = with
-            .iter()
-            .zip(without)
-            .map(|(a, b)| (&a.picture, &b.picture))
+            .map(|pair| pair.each_ref().map(|timed| timed.film.picture()))
             .collect();
         let display = Display::from_render(&self.scene.render);
-        let [shown, other] = [&with[0].picture, &without[0].picture]
-            .map(|picture| display.to_display_values(picture));
+        let [shown, other] = pictures[0]
+            .each_ref()
+            .map(|of| display.to_display_values(of));
+        let rays = pairs[0]
+            .each_ref()
+            .map(|timed| timed.film.counters().ray_count() as f64);
+        // Both pictures have the same size, which is not zero.
+        let flip = flip(&shown, &other, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default();
         EffectCost {
             effect: effect.name(),
             seconds_without: SampleQuantiles::from_samples(&seconds),
             ratio: SampleQuantiles::from_samples(&ratios),
-            rays: with[0].rays as f64 / (without[0].rays as f64).max(1.0),
-            rmse: rms_difference_of_mean_pictures(&pairs),
-            // Both pictures have the same size, which is not zero.
-            flip: mean_and_quantiles(
-                &flip(&shown, &other, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default(),
-            )
-            .mean,
+            rays: rays[0] / rays[1].max(1.0),
+            rmse: rms_difference_of_mean_pictures(&pictures),
+            flip: mean_and_quantiles(&flip).mean,
         }
     }
 }
@@ -267,21 +237,15 @@ impl EffectBench<'_> {
 /// Returns the root mean square, over pixels and channels, of the mean difference between the two
 /// pictures of a pair. The variance of that mean, estimated from the spread between pairs, is
 /// subtracted.
-fn rms_difference_of_mean_pictures(pairs: &[(&Picture, &Picture)]) -> f64 {
-    let (n, numbers) = (pairs.len() as f64, 3 * pairs[0].0.pixel_count());
+fn rms_difference_of_mean_pictures(pairs: &[[Picture; 2]]) -> f64 {
+    let (count, numbers) = (pairs.len() as f64, 3 * pairs[0][0].pixel_count());
     let mut square = 0.0;
     for i in 0..numbers {
-        let apart = |(a, b): &(&Picture, &Picture)| {
-            f64::from(a.rgb[i / 3][i % 3]) - f64::from(b.rgb[i / 3][i % 3])
-        };
-        let mean = pairs.iter().map(apart).sum::<f64>() / n;
-        let variance = pairs
-            .iter()
-            .map(|pair| (apart(pair) - mean).powi(2))
-            .sum::<f64>()
-            / (n - 1.0).max(1.0)
-            / n;
-        square += mean * mean - variance;
+        let difference =
+            |[a, b]: &[Picture; 2]| f64::from(a.rgb[i / 3][i % 3]) - f64::from(b.rgb[i / 3][i % 3]);
+        let differences: Vec<f64> = pairs.iter().map(difference).collect();
+        let (mean, variance) = mean_and_variance(&differences);
+        square += mean * mean - variance / count;
     }
     (square / numbers as f64).max(0.0).sqrt()
 }

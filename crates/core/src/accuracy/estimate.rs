@@ -4,8 +4,14 @@ use serde::Serialize;
 
 use crate::metrics::student_factor_95;
 
-/// Greatest ratio of the two ends of an interval whose value counts as known.
+/// Greatest ratio of the two ends of an interval whose value counts as known: with a wider one a
+/// reader cannot tell a setting from one of four times the samples.
 const WIDEST: f64 = 3.0;
+
+/// Least relative standard error of a time or an error: that of two renders shortly after one another
+/// on a quiet machine, and by the seed of another picture (`benches/runs/2026-11-29-accuracy.md`).
+/// Differences below it count as none.
+pub(super) const RESOLUTION: f64 = 0.03;
 
 /// Half width of the 95 % interval of a normal number, in standard errors.
 pub(super) const NORMAL: f64 = 1.96;

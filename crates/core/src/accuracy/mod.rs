@@ -40,17 +40,17 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
+use figures::Figures;
 use renderer::{ClockFunction, SettingRenderer};
-use rows::Rows;
 use study::Study;
 
 pub use effects::{EffectCost, EffectCosts, measure_effects};
 pub use estimate::{ConfidenceInterval, SettingErrors};
 pub use outputs::OutputFormatReport;
 pub use report::{
-    AccuracyReport, LadderCostReport, LadderReport, MeasuredSetting, MeasuredSettingWithFlags,
-    Recommendation, Recommendations, ReferenceReport, ReportPicture, RungCost, RungCostReport,
-    RungReport, TileReport,
+    AccuracyReport, DetailPicture, LadderReport, MeasuredSetting, MeasuredSettingWithFlags,
+    Recommendation, Recommendations, ReferenceReport, ReportPictures, RungCost, RungReport,
+    TileReport,
 };
 pub use setting::RungSetting;
 
@@ -160,13 +160,11 @@ fn measure_by_clocks(
     let renderer = SettingRenderer::new(scene, &settings, observer, clocks);
     let display = Display::from_render(&scene.render);
     let mut study = Study::new(&renderer, display, *effort, begun);
-    let mut is_cut_short = study.run(start, listener)?;
-    let outputs = study.measure_outputs();
-    let costs = study.measure_effect_costs(listener)?;
-    is_cut_short |= costs.as_ref().is_none_or(|costs| !costs.late.is_empty());
-    let report = Rows::new(&study)
-        .report(outputs, costs, is_cut_short || observer.is_cancelled())
-        .ok_or_else(|| renderer.to_measure_error(PrepareError::Cancelled))?;
+    let is_cut_short = study.run(start, listener)? || observer.is_cancelled();
+    let to_error = |error| renderer.to_measure_error(error);
+    let report = Figures { study: &study }.report(is_cut_short, listener);
+    let report = report.map_err(to_error)?;
+    let report = report.ok_or_else(|| to_error(PrepareError::Cancelled))?;
     let rungs = study.space.exact.choices().to_vec();
     let reference = study.reference.ok_or(MeasureError::InsufficientTime)?;
     Ok((

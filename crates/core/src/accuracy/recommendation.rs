@@ -1,16 +1,19 @@
 //! The settings on the Pareto front of time and error, and the recommended ones among the settings
 //! of a report.
 
-use super::estimate::{ConfidenceInterval, SettingErrors};
+use super::estimate::{ConfidenceInterval, RESOLUTION, SettingErrors};
 use super::report::{MeasuredSetting, Recommendation, Recommendations};
 use super::setting::RungSetting;
 use crate::ladder::Ladder;
 
-/// Largest ratios of root errors that count as half the error: of the estimate, and of the upper end
-/// of its interval. Four times the samples halve noise within these limits.
-const HALF: [f64; 2] = [0.55, 0.7];
-/// Largest ratios of root errors that count as the same error, likewise.
-const SAME: [f64; 2] = [1.05, 1.3];
+/// Largest ratio of root errors that counts as half the error: four times the samples halve noise
+/// within it (`benches/runs/2026-11-27-advice.md`, as all limits of this file).
+pub(super) const HALF: f64 = 0.55;
+/// Largest ratio of root errors that counts as the same error.
+const SAME: f64 = 1.05;
+/// Factors on these limits that the upper end of an interval may reach: of certain advice, and of
+/// advice of the same error.
+const DOUBT: [f64; 2] = [1.1, 1.3];
 /// Largest ratio of times that counts as less time.
 const SOONER: f64 = 0.8;
 /// Largest ratios of squared bias to squared error of a recommended setting: of the estimate, and of
@@ -19,12 +22,6 @@ const MOST_BIAS: [f64; 2] = [0.25, 0.5];
 /// Largest relative difference between the summed radiance of a recommended setting and that of the
 /// reference.
 const MOST_LIGHT: f64 = 0.005;
-/// Ratio of times up to which a setting counts as equally fast as the fastest. Of these, the one with
-/// the fewest changes is recommended.
-const NEAR: f64 = 1.1;
-/// Largest relative difference of two times, and of two squared errors, that counts as equal on the
-/// front: clocks and noise do not resolve smaller ones.
-const SAME_ON_FRONT: [f64; 2] = [0.03, 0.02];
 
 /// Measured setting that is considered for a recommendation.
 #[derive(Clone, Debug)]
@@ -90,7 +87,7 @@ pub(super) fn pareto_front(candidates: &[RecommendationCandidate]) -> Vec<usize>
         let own = point(order[place]);
         order.iter().enumerate().any(|(other, &at)| {
             let other_point = point(at);
-            let limit = |i: usize, sign: f64| own[i] * (1.0 + sign * SAME_ON_FRONT[i]);
+            let limit = |i: usize, sign: f64| own[i] * (1.0 + sign * RESOLUTION);
             let at_most = (0..2).all(|i| other_point[i] <= limit(i, 1.0));
             let less = (0..2).any(|i| other_point[i] < limit(i, -1.0));
             at_most && (less || other < place)
@@ -104,46 +101,39 @@ pub(super) fn pareto_front(candidates: &[RecommendationCandidate]) -> Vec<usize>
     front
 }
 
-/// Chooses the recommended settings: from the front, and a faster one with bias from all.
+/// Chooses the recommended settings: from the front, and a faster one with bias from all. An error is
+/// about half if the estimate is, since an error on the front is known; it is the same if its upper
+/// end is, too.
 pub(super) fn recommend_settings(
     candidates: &[RecommendationCandidate],
     front: &[usize],
 ) -> Recommendations {
-    let has_error = |candidate: &RecommendationCandidate, [value, high]: [f64; 2]| {
+    let is_within = |candidate: &&RecommendationCandidate, limit: f64, doubt: f64| {
         let error = candidate.error.map(f64::sqrt);
-        candidate.setting != RungSetting::default() && error.value <= value && error.high <= high
+        candidate.setting != RungSetting::default()
+            && error.value <= limit
+            && error.high <= doubt * limit
     };
-    let advice = |candidate: &RecommendationCandidate| Recommendation {
+    let advice = |candidate: &RecommendationCandidate, limit: f64| Recommendation {
         flags: candidate.setting.flags(),
         time: candidate.measured.ratio,
         error: candidate.error.map(f64::sqrt),
+        certain: is_within(&candidate, limit, DOUBT[0]),
         measured: candidate.measured.clone(),
     };
-    let find = |limits: [f64; 2], most_time: f64| {
-        let all = front.iter().map(|&at| &candidates[at]);
-        let mut all = all.filter(|c| has_error(c, limits) && c.measured.ratio.value <= most_time);
-        let fastest = all.next()?;
-        let limit = NEAR * fastest.measured.ratio.value;
-        let near = all.take_while(|candidate| candidate.measured.ratio.value <= limit);
-        [fastest]
-            .into_iter()
-            .chain(near)
-            .min_by_key(|c| c.setting.choices().len())
-    };
-    let same = find(SAME, SOONER);
-    let limit = same.map_or(1.0, |same| same.measured.ratio.value) * SOONER;
-    let biased = candidates.iter().filter(|candidate| {
-        !candidate.is_recommendable
-            && has_error(candidate, SAME)
-            && candidate.measured.ratio.value <= limit
-    });
-    let time = |candidate: &&RecommendationCandidate| candidate.measured.ratio.value;
+    let time = |candidate: &RecommendationCandidate| candidate.measured.ratio.value;
+    let mut all = front.iter().map(|&at| &candidates[at]);
+    let half = all.clone().find(|of| is_within(of, HALF, f64::INFINITY));
+    let same = all.find(|of| is_within(of, SAME, DOUBT[1]) && time(of) <= SOONER);
+    let limit = SOONER * same.map_or(1.0, time);
+    let biased = candidates
+        .iter()
+        .filter(|of| !of.is_recommendable && is_within(of, SAME, DOUBT[1]) && time(of) <= limit);
+    let biased = biased.min_by(|a, b| time(a).total_cmp(&time(b)));
     Recommendations {
-        half_the_error: find(HALF, f64::INFINITY).map(advice),
-        same_error: same.map(advice),
-        biased: biased
-            .min_by(|a, b| time(a).total_cmp(&time(b)))
-            .map(advice),
+        half_the_error: half.map(|of| advice(of, HALF)),
+        same_error: same.map(|of| advice(of, SAME)),
+        biased: biased.map(|of| advice(of, SAME)),
     }
 }
 

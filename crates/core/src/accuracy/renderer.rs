@@ -1,5 +1,5 @@
 //! Rendering and timing of settings. A render ends without a result when the observer stops it or
-//! its time runs out.
+//! its time runs out; its error is then [`PrepareError::Cancelled`].
 
 use std::cell::RefCell;
 use std::time::Instant;
@@ -13,15 +13,9 @@ use crate::dispatch::{ReadyScene, prepare};
 use crate::film::{Film, FilmPart};
 use crate::ladder::Ladder;
 use crate::observer::Observer;
-use crate::picture::Picture;
 use crate::prepare::PrepareError;
-use crate::render::RenderOutput;
 use crate::scene::Scene;
-use crate::settings::Settings;
-
-/// Memory in bytes of all prepared scenes that are kept for reuse: a quarter of the default limit
-/// of a render's memory.
-const KEPT_BYTES: u64 = 2 << 30;
+use crate::settings::{Aov, Settings};
 
 /// Number of replicates (independent parts of a pixel's samples) of every film: the fewest of which
 /// each pair of differences is independent of another pair.
@@ -30,31 +24,13 @@ pub(super) const REPLICATES: u32 = 4;
 /// Function that returns the current instant. Tests use a clock that advances with each call.
 pub(super) type ClockFunction<'a> = &'a (dyn Fn() -> Instant + Sync);
 
-/// Reason why a render has no result.
-#[derive(Debug)]
-pub(super) enum UnfinishedRender {
-    /// The time ran out, or the observer stopped the render.
-    Interrupted,
-    /// The scene cannot be prepared.
-    Failed(PrepareError),
-}
-
-impl UnfinishedRender {
-    /// Converts the reason to an error, for a measurement that cannot continue without the render.
-    pub fn into_error(self) -> PrepareError {
-        match self {
-            Self::Interrupted => PrepareError::Cancelled,
-            Self::Failed(error) => error,
-        }
-    }
-
-    /// Converts a render that was stopped, or whose time ran out, to `None`; other errors stay.
-    pub fn none_if_interrupted<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
-        match result {
-            Ok(value) => Ok(Some(value)),
-            Err(Self::Interrupted) => Ok(None),
-            Err(Self::Failed(error)) => Err(error),
-        }
+/// Converts a render that was stopped, or whose time ran out, to `None`; other errors stay.
+pub(super) fn none_if_cancelled<T>(
+    result: Result<T, PrepareError>,
+) -> Result<Option<T>, PrepareError> {
+    match result {
+        Err(PrepareError::Cancelled) => Ok(None),
+        other => other.map(Some),
     }
 }
 
@@ -89,13 +65,6 @@ pub(super) struct SettingRenderer<'a> {
     pub now: ClockFunction<'a>,
     /// Most recently prepared scenes, so that a scene is not prepared again for each render.
     prepared: RefCell<Vec<PreparedSetting>>,
-}
-
-/// Finished picture with its rays and its render time in seconds, summed over all threads.
-pub(super) struct TimedPicture {
-    pub picture: Picture,
-    pub rays: u64,
-    pub seconds: f64,
 }
 
 /// Finished film with its times.
@@ -161,7 +130,7 @@ impl<'a> SettingRenderer<'a> {
     }
 
     /// Renders a film of four replicates, or of one under a fixed pattern of samples.
-    pub fn render_film(&self, request: &FilmRequest<'_>) -> Result<TimedFilm, UnfinishedRender> {
+    pub fn render_film(&self, request: &FilmRequest<'_>) -> Result<TimedFilm, PrepareError> {
         let (scene, settings) = request.setting.apply(self.scene, self.settings);
         let settings = Settings {
             seed: settings.seed.wrapping_add(request.round),
@@ -183,7 +152,7 @@ impl<'a> SettingRenderer<'a> {
             };
             let film = film
                 .filter(|film| film.unfinished_tiles(&part(film)) == 0)
-                .ok_or(UnfinishedRender::Interrupted)?;
+                .ok_or(PrepareError::Cancelled)?;
             Ok(TimedFilm {
                 film,
                 seconds,
@@ -199,6 +168,24 @@ impl<'a> SettingRenderer<'a> {
         self.run_on_prepared_scene(request.setting, (&scene, &settings), request.end, |ready| {
             render((ready, 0.0))
         })?
+    }
+
+    /// Returns which object each part of the picture shows, or −1 for the sky. A part has `edge`
+    /// times `edge` pixels.
+    pub fn find_objects(&self, edge: u32, end: Instant) -> Result<Vec<f32>, PrepareError> {
+        let setting = RungSetting::default();
+        let look = |ready: &ReadyScene| {
+            let until = self.deadline_observer(end);
+            ready
+                .render_preview(edge, 1, &[Aov::Object], &until)
+                .picture
+        };
+        let picture =
+            self.run_on_prepared_scene(&setting, (self.scene, self.settings), end, look)?;
+        let objects = picture
+            .layer("object.id")
+            .map(|layer| layer.samples.clone());
+        Ok(objects.unwrap_or_default())
     }
 
     /// Denoises a film. Returns the result with its seconds, summed over all threads; `None` if the
@@ -220,7 +207,7 @@ impl<'a> SettingRenderer<'a> {
         (scene, settings): (&Scene, &Settings),
         end: Instant,
         work: impl FnOnce(&ReadyScene) -> T,
-    ) -> Result<T, UnfinishedRender> {
+    ) -> Result<T, PrepareError> {
         let is_fixed = settings.sampling.is_fixed();
         let free = [Ladder::Samples, Ladder::Sampler, Ladder::Reconstruction];
         let setting = free.into_iter().fold(setting.clone(), |setting, ladder| {
@@ -241,35 +228,12 @@ impl<'a> SettingRenderer<'a> {
         let done = work(&latest.ready);
         prepared.push(latest);
         let bytes = |of: &PreparedSetting| of.ready.memory().total() - of.ready.memory().film;
-        while prepared.len() > 1 && prepared.iter().map(bytes).sum::<u64>() > KEPT_BYTES {
+        // Kept scenes take a quarter of a render's memory.
+        let most = self.settings.max_memory.unwrap_or(u64::MAX) / 4;
+        while prepared.len() > 1 && prepared.iter().map(bytes).sum::<u64>() > most {
             prepared.remove(0);
         }
         Ok(done)
-    }
-
-    /// Prepares and renders the whole picture of any scene.
-    pub fn render_picture(
-        &self,
-        scene: &Scene,
-        settings: &Settings,
-        end: Instant,
-    ) -> Result<TimedPicture, UnfinishedRender> {
-        let (ready, _) = self.prepare_and_time(scene, settings, end)?;
-        let until = self.deadline_observer(end);
-        let mut output = None;
-        let seconds = (self.stopwatch)(&mut || {
-            let film = ready.render_with_settings(settings, None, &until);
-            let done = RenderOutput::from_film(&film, &until);
-            output.insert(done).counters.ray_count()
-        });
-        let output = output
-            .filter(|output| output.finished)
-            .ok_or(UnfinishedRender::Interrupted)?;
-        Ok(TimedPicture {
-            picture: output.final_picture().clone(),
-            rays: output.counters.ray_count(),
-            seconds,
-        })
     }
 
     /// Prepares a reference with the rungs (quality levels) of `exact` and this number of samples
@@ -289,7 +253,7 @@ impl<'a> SettingRenderer<'a> {
         };
         let (ready, _) = self
             .prepare_and_time(&scene, &settings, end)
-            .map_err(|error| self.to_measure_error(error.into_error()))?;
+            .map_err(|error| self.to_measure_error(error))?;
         let mut film = ready.new_film(start.scene);
         if let Some(earlier) = start.reference {
             film.continue_from(earlier.film)
@@ -326,17 +290,13 @@ impl<'a> SettingRenderer<'a> {
         scene: &Scene,
         settings: &Settings,
         end: Instant,
-    ) -> Result<(ReadyScene, f64), UnfinishedRender> {
+    ) -> Result<(ReadyScene, f64), PrepareError> {
         let mut ready = Err(PrepareError::Cancelled);
         let preparing = (self.stopwatch)(&mut || {
             ready = prepare(scene, settings, &self.deadline_observer(end));
             0
         });
-        match ready {
-            Ok(ready) => Ok((ready, preparing)),
-            Err(PrepareError::Cancelled) => Err(UnfinishedRender::Interrupted),
-            Err(error) => Err(UnfinishedRender::Failed(error)),
-        }
+        Ok((ready?, preparing))
     }
 
     /// Returns an observer that stops a render at `end`, or when the caller's observer stops it.

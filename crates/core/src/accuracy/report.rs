@@ -4,10 +4,11 @@
 use serde::Serialize;
 
 use super::effects::EffectCosts;
-use super::estimate::{ConfidenceInterval, SettingErrors};
+use super::estimate::{ConfidenceInterval, RESOLUTION, SettingErrors};
 use super::outputs::OutputFormatReport;
-use crate::bench::SampleQuantiles;
+use crate::film::EstimateDoubt;
 use crate::picture::Picture;
+use crate::settings::Crop;
 
 /// Report of a measurement of accuracy against time on a scene. Every number is an estimate for the
 /// whole picture at its full size.
@@ -20,21 +21,20 @@ pub struct AccuracyReport {
     /// Reference with which all settings are compared.
     pub reference: ReferenceReport,
     /// Recommended settings: one with half the error, and one with the same error in less time.
-    #[serde(rename = "answer")]
     pub recommendations: Recommendations,
     /// Time and error of the scene's own setting.
     pub own: MeasuredSetting,
-    /// Measurements of the ladders (quality settings) that change the picture, each rung by rung
-    /// (level by level).
+    /// Reason why the error of the scene's own setting is not known; `None` if it is known.
+    pub doubt: Option<EstimateDoubt>,
+    /// Measurements of the ladders (quality settings), each rung by rung (level by level). Those that
+    /// change time and memory alone come last.
     pub ladders: Vec<LadderReport>,
     /// Measured settings in which several rungs (quality levels) are changed.
     pub combinations: Vec<MeasuredSettingWithFlags>,
-    /// Time and memory of the ladders (quality settings) that do not change the picture.
-    pub prices: Vec<LadderCostReport>,
     /// Error that each output format adds to the picture of the scene's own setting.
     pub outputs: Vec<OutputFormatReport>,
     /// Names of the ladders (quality settings) that have no effect on this scene.
-    pub not_called_for: Vec<&'static str>,
+    pub inapplicable: Vec<&'static str>,
     /// Cost of each effect: the time that it adds, and the change of the picture without it. `None`
     /// if the time did not suffice.
     pub costs: Option<EffectCosts>,
@@ -43,19 +43,43 @@ pub struct AccuracyReport {
     pub frontier: Vec<MeasuredSettingWithFlags>,
     /// Time budget in seconds that would probably make every error known; `None` if all are known, or
     /// if no budget would suffice.
-    pub needs: Option<f64>,
+    pub sufficient_budget: Option<f64>,
     /// Wall-clock seconds of the measurement.
     pub seconds: f64,
     /// Whether the time ran out before the planned measurements were finished.
     pub cut_short: bool,
-    /// Pictures for comparison: the reference, the setting in use, and each setting that differs
-    /// from it in one choice. They show the part of the picture with the greatest noise.
+    /// Pictures of the page.
     #[serde(skip)]
-    pub pictures: Vec<ReportPicture>,
+    pub pictures: ReportPictures,
 }
 
-/// Measured tiles of the picture: their size and number, and the place of the tile that the report
-/// shows. All tiles are measured if the time suffices, else a random selection.
+/// Pictures of a report, in linear radiance: the whole picture, and a part of it with different
+/// settings.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReportPictures {
+    /// The whole picture with the setting in use, or with fewer samples.
+    pub whole: Picture,
+    /// Tiles on which rungs (quality levels) were tried.
+    pub tiles: Vec<Crop>,
+    /// Place of the magnified part: where objects have the most noise. `None` without a picture.
+    pub detail: Option<Crop>,
+    /// The magnified part with the setting in use, with the recommended settings, and exact.
+    pub details: Vec<DetailPicture>,
+}
+
+/// Magnified part of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DetailPicture {
+    /// Command-line flags of the setting; empty for the one in use.
+    pub flags: Vec<String>,
+    /// Time and error of the setting; `None` for the exact picture.
+    pub measured: Option<MeasuredSetting>,
+    /// The part of the picture.
+    pub picture: Picture,
+}
+
+/// Measured tiles of the picture: their size and number. All tiles are measured if the time suffices,
+/// else an even selection.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TileReport {
     /// Edge of a tile in pixels.
@@ -64,8 +88,6 @@ pub struct TileReport {
     pub measured: usize,
     /// Number of tiles of the picture.
     pub all: usize,
-    /// Column and row of the upper left pixel of the part shown in `pictures`.
-    pub shown: [u32; 2],
 }
 
 /// Recommended settings, all of which are rows of the report.
@@ -92,18 +114,10 @@ pub struct Recommendation {
     /// Ratio of the setting's root error to that of the scene's own setting. The root error is the
     /// square root of relMSE.
     pub error: ConfidenceInterval,
+    /// Whether the upper end of `error` is within what the recommendation states, too.
+    pub certain: bool,
     /// Time and error of the setting.
     pub measured: MeasuredSetting,
-}
-
-/// Picture with its name, to be compared by eye on the HTML page.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReportPicture {
-    /// Name: `reference`, `as it is` for the scene's own setting, or the changed quality level,
-    /// such as `samples=16`.
-    pub name: String,
-    /// Linear radiance.
-    pub picture: Picture,
 }
 
 /// The reference picture, which counts as exact. It is computed in f64 with the most exact rung
@@ -114,23 +128,19 @@ pub struct ReferenceReport {
     pub samples: u32,
     /// Command-line flags of the rungs (quality levels) of the reference.
     pub rungs: Vec<String>,
-    /// Number of tiles on which the reference was rendered.
-    pub tiles: usize,
     /// Root mean square, over all pixels, of the reference's standard error in linear radiance. Its
     /// square is subtracted from squared errors.
     pub standard_error: f64,
     /// Render time of the reference in this measurement, in seconds summed over all threads.
     pub seconds: f64,
     /// Whether the reference comes from an earlier measurement.
-    pub kept: bool,
+    pub reused: bool,
 }
 
 /// Measured time and errors of a setting. A setting is a set of rungs (quality levels), see
 /// [`RungSetting`](super::RungSetting).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeasuredSetting {
-    /// Number of tiles on which its rungs were tried.
-    pub tiles: usize,
     /// Number of trials of the setting.
     pub renders: usize,
     /// Time of a render of the whole picture, in seconds summed over all threads, without
@@ -144,8 +154,7 @@ pub struct MeasuredSetting {
     pub errors: SettingErrors,
 }
 
-/// Measurements of a ladder (quality setting) that changes the picture, rung by rung (level by
-/// level).
+/// Measurements of a ladder (quality setting), rung by rung (level by level).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LadderReport {
     /// Name of the ladder.
@@ -156,10 +165,6 @@ pub struct LadderReport {
     /// Measurements of the rungs (levels), from fast to exact.
     pub rungs: Vec<RungReport>,
 }
-
-/// Largest relative difference of two times that counts as equal; below, the same for two errors.
-const SAME_TIME: f64 = 0.03;
-const SAME_ERROR: f64 = 0.04;
 
 impl LadderReport {
     /// Whether a rung (quality level) is worse than the rung in use in both respects: it takes
@@ -178,7 +183,9 @@ impl LadderReport {
         let (Some((own_time, own_error)), Some((time, error))) = (own, measured(rung)) else {
             return false;
         };
-        time > own_time * (1.0 + SAME_TIME) && error > own_error * (1.0 + SAME_ERROR)
+        [time / own_time, error / own_error]
+            .into_iter()
+            .all(|ratio| ratio > 1.0 + RESOLUTION)
     }
 }
 
@@ -196,47 +203,18 @@ pub struct RungReport {
     pub flag: Option<String>,
     /// Time and error; `None` if a render takes too long, or the time ran out.
     pub measured: Option<MeasuredSetting>,
+    /// Preparation and memory of a rung that changes no picture; `None` for other rungs, and if it was
+    /// not measured.
+    pub cost: Option<RungCost>,
 }
 
-/// Costs of the rungs (quality levels) of a ladder that changes time and memory but not the
+/// Preparation and memory of a scene with one changed rung, a quality level that does not change the
 /// picture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LadderCostReport {
-    /// Name of the ladder.
-    pub ladder: &'static str,
-    /// Name of the rung (quality level) in the scene's own setting.
-    pub in_use: String,
-    /// Costs of the ladder's rungs (quality levels).
-    pub rungs: Vec<RungCostReport>,
-}
-
-/// Row of a [`LadderCostReport`]: name, description and cost of one rung, a quality level that does
-/// not change the picture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RungCostReport {
-    /// Name of the rung (quality level).
-    pub rung: String,
-    /// Description of the rung (quality level) for users.
-    pub about: &'static str,
-    /// Whether the scene's own setting has this rung (quality level).
-    pub in_use: bool,
-    /// Time and memory; `None` if a render takes too long.
-    #[serde(rename = "paid")]
-    pub rung_cost: Option<RungCost>,
-}
-
-/// Measured time and memory of a scene with one changed rung, a quality level that does not change
-/// the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungCost {
     /// Preparation time of the scene in seconds summed over all threads. It includes building the
     /// BVH.
-    pub preparing: SampleQuantiles,
-    /// Render time of the whole picture, in seconds summed over all threads.
-    pub seconds: SampleQuantiles,
-    /// Render time with this rung divided by the time of the scene's own setting, over the
-    /// repetitions.
-    pub ratio: SampleQuantiles,
+    pub preparing: f64,
     /// Memory of geometry and acceleration structure in bytes.
     pub geometry: u64,
     /// Whether the pictures equal those of the scene's own setting to the bit. False indicates an
@@ -282,7 +260,6 @@ mod tests {
             SettingErrors::default(),
         );
         let measured = MeasuredSetting {
-            tiles: 1,
             renders: 1,
             seconds: time,
             ratio: time,
@@ -295,6 +272,7 @@ mod tests {
             in_use,
             flag: None,
             measured: Some(measured),
+            cost: None,
         }
     }
 

@@ -1,78 +1,58 @@
 //! Report of a measurement, from the figures of its settings.
 
+use super::ProgressListener;
 use super::estimate::ConfidenceInterval;
 use super::figures::Figures;
 use super::recommendation::{
-    RecommendationCandidate, is_recommendable, pareto_front, recommend_settings,
+    HALF, RecommendationCandidate, is_recommendable, pareto_front, recommend_settings,
 };
 use super::report::{
-    AccuracyReport, LadderCostReport, LadderReport, MeasuredSetting, MeasuredSettingWithFlags,
-    ReferenceReport, ReportPicture, RungCost, RungCostReport, RungReport, TileReport,
+    AccuracyReport, DetailPicture, LadderReport, MeasuredSetting, MeasuredSettingWithFlags,
+    Recommendations, ReferenceReport, ReportPictures, RungCost, RungReport, TileReport,
 };
 use super::setting::RungSetting;
-use super::study::Study;
-use super::tiles::{tile_count, tile_edge};
+use super::tiles::{tile_count, tile_crop, tile_edge};
 use super::trial::{ABSOLUTE, Region, Trial};
-use super::{EffectCosts, OutputFormatReport};
-use crate::bench::SampleQuantiles;
 use crate::ladder::{Ladder, RungChoice};
+use crate::picture::Picture;
+use crate::prepare::PrepareError;
 
-/// Factor on the samples of the setting in use up to which settings are recommended: it halves the
-/// error of noise.
-const HALVING_SAMPLES: u32 = 4;
-/// Longest budget that a report names, as a multiple of the given one.
-const LONGEST_BUDGET: f64 = 60.0;
-
-/// Rows of the report of a study.
-pub(super) struct Rows<'s> {
-    study: &'s Study<'s>,
-    figures: Figures<'s>,
-}
-
-impl<'s> Rows<'s> {
-    /// Returns the rows of a finished study.
-    pub fn new(study: &'s Study<'s>) -> Self {
-        Self {
-            study,
-            figures: Figures::new(study),
-        }
-    }
-
+impl Figures<'_> {
     /// Returns the settings of the report, each with its figures and its cost relative to the
     /// setting in use: numbers of samples, denoised ones, single rungs, and rungs that are certainly
     /// efficient combined with numbers of samples.
-    fn candidates(&self) -> Vec<RecommendationCandidate> {
+    fn candidates(&self, own_measured: &MeasuredSetting) -> Vec<RecommendationCandidate> {
+        let space = &self.study.space;
         let own = RungSetting::default();
-        let Some(own_measured) = self.figures.summarise(&own) else {
-            return Vec::new();
+        let count = |setting: &RungSetting| space.sample_count(setting);
+        let mut samples = space.sample_settings();
+        // The least number of samples that halves the error is the largest of the report.
+        let halves = |setting: &&RungSetting| {
+            let measured = self.summarise(setting);
+            let ratio = measured.map(|measured| self.error_ratio(setting, &measured).value);
+            ratio.is_some_and(|square| square <= HALF * HALF)
         };
-        let most = HALVING_SAMPLES.saturating_mul(self.study.space.sample_count(&own));
-        let mut samples = self.study.space.sample_settings();
-        samples.retain(|setting| self.study.space.sample_count(setting) <= most);
+        let most = samples.iter().find(halves).map(count);
+        samples.retain(|setting| most.is_none_or(|most| count(setting) <= most));
         let denoised = Ladder::Reconstruction.choices().find(|choice| {
-            self.study.space.ladders.contains(&Ladder::Reconstruction)
-                && !self.study.space.is_in_use(*choice)
+            space.ladders.contains(&Ladder::Reconstruction) && !space.is_in_use(*choice)
         });
         let denoised = samples
             .iter()
             .flat_map(|s| denoised.map(|choice| s.with_rung(choice)));
         let mut settings: Vec<RungSetting> = samples.iter().cloned().chain(denoised).collect();
-        for rung in self.study.space.single_rungs() {
-            settings.push(rung.clone());
-            if self.figures.is_efficient(&rung) {
+        for rung in space.single_rungs() {
+            if self.is_efficient(&rung) {
                 let others = samples.iter().filter(|other| **other != own);
-                settings.extend(others.map(|other| {
-                    rung.choices()
-                        .iter()
-                        .fold(other.clone(), |all, &choice| all.with_rung(choice))
-                }));
+                settings.extend(others.map(|other| other.with_rungs(rung.choices())));
             }
+            settings.push(rung);
         }
         let candidate = |setting: RungSetting| {
-            let measured = self.figures.summarise(&setting)?;
+            let measured = self.summarise(&setting)?;
             Some(RecommendationCandidate {
-                error: self.figures.error_ratio(&setting, &measured),
-                is_recommendable: is_recommendable(&setting, &measured, &own_measured),
+                error: self.error_ratio(&setting, &measured),
+                is_recommendable: is_recommendable(&setting, &measured, own_measured),
                 setting,
                 measured,
             })
@@ -80,40 +60,50 @@ impl<'s> Rows<'s> {
         settings.into_iter().filter_map(candidate).collect()
     }
 
-    /// Returns the report; `None` if the setting in use was not measured.
+    /// Measures what is left besides the trials, and returns the report; `None` if the setting in use
+    /// was not measured.
+    ///
+    /// # Errors
+    /// A render that cannot be prepared.
     pub fn report(
         &self,
-        outputs: Vec<OutputFormatReport>,
-        costs: Option<EffectCosts>,
         is_cut_short: bool,
-    ) -> Option<AccuracyReport> {
-        let own = self.figures.summarise(&RungSetting::default())?;
-        let reference = self.study.reference.as_ref()?;
-        let candidates = self.candidates();
+        listener: &mut dyn ProgressListener,
+    ) -> Result<Option<AccuracyReport>, PrepareError> {
+        let study = self.study;
+        let (Some(own), Some(reference)) =
+            (self.summarise(&RungSetting::default()), &study.reference)
+        else {
+            return Ok(None);
+        };
+        let candidates = self.candidates(&own);
         let front = pareto_front(&candidates);
+        let recommendations = recommend_settings(&candidates, &front);
+        let pictures = self.pictures(&candidates, &recommendations)?;
+        let outputs = study.measure_outputs();
+        let costs = study.measure_effect_costs(listener)?;
         let with_flags = |candidate: &RecommendationCandidate| MeasuredSettingWithFlags {
             flags: candidate.setting.flags(),
             measured: candidate.measured.clone(),
         };
-        let is_combined = |c: &&RecommendationCandidate| c.setting.choices().len() > 1;
-        Some(AccuracyReport {
-            size: self.study.renderer.settings.size,
+        let is_combined = |of: &&RecommendationCandidate| of.setting.choices().len() > 1;
+        let ladders = study.space.ladders.iter().chain(&study.space.cost_ladders);
+        Ok(Some(AccuracyReport {
+            size: study.renderer.settings.size,
             tiles: TileReport {
-                edge: tile_edge(self.study.renderer.settings.size),
-                measured: self.study.tiles.len(),
-                all: tile_count(self.study.renderer.settings.size),
-                shown: [self.study.shown.x, self.study.shown.y],
+                edge: tile_edge(study.renderer.settings.size),
+                measured: study.tiles.len(),
+                all: tile_count(study.renderer.settings.size),
             },
             reference: ReferenceReport {
                 samples: reference.film.requested_samples().unwrap_or(0),
-                rungs: self.study.space.exact.flags(),
-                tiles: self.study.tiles.len(),
+                rungs: study.space.exact.flags(),
                 standard_error: self.reference_error(),
                 seconds: reference.seconds,
-                kept: reference.is_reused(),
+                reused: reference.is_reused(),
             },
-            needs: self.needed_budget(&candidates),
-            recommendations: recommend_settings(&candidates, &front),
+            sufficient_budget: self.sufficient_budget(&candidates),
+            recommendations,
             combinations: candidates
                 .iter()
                 .filter(is_combined)
@@ -123,156 +113,164 @@ impl<'s> Rows<'s> {
                 .iter()
                 .map(|&at| with_flags(&candidates[at]))
                 .collect(),
-            ladders: self
-                .study
-                .space
-                .ladders
-                .iter()
-                .map(|&ladder| self.ladder_report(ladder))
-                .collect(),
-            prices: self
-                .study
-                .space
-                .cost_ladders
-                .iter()
-                .map(|&l| self.cost_report(l, &own))
+            ladders: ladders
+                .map(|&ladder| self.ladder_report(ladder, &own))
                 .collect(),
             outputs,
+            doubt: self
+                .doubt()
+                .filter(|_| !own.errors.relmse.map(f64::sqrt).is_known()),
             own,
-            not_called_for: self.study.space.unneeded_ladders(),
+            inapplicable: study.space.unneeded_ladders(),
+            cut_short: is_cut_short
+                || study.renderer.observer.is_cancelled()
+                || costs.as_ref().is_none_or(|costs| !costs.late.is_empty()),
             costs,
-            pictures: self.report_pictures(),
-            seconds: self.study.elapsed(),
-            cut_short: is_cut_short,
-        })
+            pictures,
+            seconds: study.elapsed(),
+        }))
     }
 
     /// Returns the budget in seconds that would probably make every error of the candidates known;
     /// `None` if all are known, or none would suffice. The width of an interval falls with the
     /// square root of the time.
-    fn needed_budget(&self, candidates: &[RecommendationCandidate]) -> Option<f64> {
-        let unknown = candidates
+    fn sufficient_budget(&self, candidates: &[RecommendationCandidate]) -> Option<f64> {
+        let errors = candidates
             .iter()
-            .map(|candidate| candidate.measured.errors.relmse);
-        let unknown = unknown
-            .map(|square| square.map(f64::sqrt))
-            .filter(|error| !error.is_known());
-        let factor = |error: ConfidenceInterval| {
-            let width = libm::log(error.high / error.low) / libm::log(3.0);
-            width * width
-        };
-        let most = unknown
-            .map(factor)
-            .filter(|&f| f <= LONGEST_BUDGET)
+            .map(|of| of.measured.errors.relmse.map(f64::sqrt));
+        let width = |error: ConfidenceInterval| libm::log(error.high / error.low) / libm::log(3.0);
+        let unknown = errors.filter(|error| !error.is_known()).map(width);
+        let widest = unknown
+            .filter(|width| width.is_finite())
             .fold(1.0, f64::max);
-        (most > 1.0).then_some(most * self.study.effort.budget.as_secs_f64())
+        (widest > 1.0).then_some(widest * widest * self.study.effort.budget.as_secs_f64())
     }
 
     /// Returns the root mean square, over all pixels, of the reference's standard error in radiance.
     fn reference_error(&self) -> f64 {
-        let squares = self.study.reference_noise().into_iter();
-        let [square, pixels] = squares.fold([0.0; 2], |all, of| {
-            [all[0] + of.noise[ABSOLUTE], all[1] + of.pixels]
-        });
+        let tiles = self.study.reference_noise();
+        let square: f64 = tiles.iter().map(|of| of.noise[ABSOLUTE]).sum();
+        let pixels: f64 = tiles.iter().map(|of| of.pixels).sum();
         (square / pixels.max(1.0)).sqrt()
     }
 
-    fn ladder_report(&self, ladder: Ladder) -> LadderReport {
+    fn ladder_report(&self, ladder: Ladder, own: &MeasuredSetting) -> LadderReport {
+        let space = &self.study.space;
         let rung = |choice: RungChoice| {
-            let in_use = self.study.space.is_in_use(choice);
+            let in_use = space.is_in_use(choice);
             let setting = match in_use {
                 true => RungSetting::default(),
                 false => RungSetting::from_rung(choice),
+            };
+            let (measured, cost) = match ladder.changes_pictures() {
+                true => (self.summarise(&setting), None),
+                false => self.cost_of(choice, own).unzip(),
             };
             RungReport {
                 rung: choice.rung().to_owned(),
                 about: choice.rung_description(),
                 in_use,
-                flag: (!in_use).then(|| setting.flags().pop()).flatten(),
-                measured: self.figures.summarise(&setting),
+                flag: setting.flags().pop(),
+                measured,
+                cost,
             }
         };
+        let rungs = space.applicable_rungs(ladder).into_iter();
         LadderReport {
             ladder: ladder.name(),
-            in_use: self.study.space.rung_in_use(ladder),
-            rungs: self
-                .study
-                .space
-                .applicable_rungs(ladder)
-                .into_iter()
-                .map(rung)
-                .collect(),
+            in_use: space.rung_in_use(ladder),
+            rungs: rungs.map(rung).collect(),
         }
     }
 
-    fn cost_report(&self, ladder: Ladder, own: &MeasuredSetting) -> LadderCostReport {
-        let rung = |choice: RungChoice| {
-            let setting = self.study.space.with_rung(choice);
-            let trials: Vec<&Trial> = self
-                .figures
-                .trials(&setting, Region::Tiles)
-                .filter(|trial| trial.is_prepared_anew)
-                .collect();
-            let ratios = self
-                .figures
-                .time_ratios(&setting, &self.study.space.baseline, true);
-            let preparing: Vec<f64> = trials.iter().map(|trial| trial.preparing).collect();
-            let ratio = SampleQuantiles::from_samples(&ratios);
-            RungCostReport {
-                rung: choice.rung().to_owned(),
-                about: choice.rung_description(),
-                in_use: self.study.space.is_in_use(choice),
-                rung_cost: trials.first().map(|trial| RungCost {
-                    preparing: SampleQuantiles::from_samples(&preparing),
-                    seconds: ratio.scale(own.seconds.value),
-                    ratio,
-                    geometry: trial.geometry,
-                    same_bits: trials.iter().all(|trial| trial.has_same_bits),
-                }),
+    /// Returns time and memory of a rung that changes no picture; `None` if no trial tells them.
+    fn cost_of(
+        &self,
+        choice: RungChoice,
+        own: &MeasuredSetting,
+    ) -> Option<(MeasuredSetting, RungCost)> {
+        let space = &self.study.space;
+        let setting = space.with_rung(choice);
+        let trials = self.trials(&setting, Region::Tiles);
+        let trials: Vec<&Trial> = trials.filter(|trial| trial.job.prepares).collect();
+        let cost = RungCost {
+            preparing: trials.first()?.preparing,
+            geometry: trials[0].geometry,
+            same_bits: trials.iter().all(|trial| trial.has_same_bits),
+        };
+        let ratio = self.time_ratio(&setting, &space.baseline, true)?;
+        let measured = MeasuredSetting {
+            renders: trials.len(),
+            seconds: own.seconds.multiply(&ratio),
+            ratio,
+            ..own.clone()
+        };
+        Some((measured, cost))
+    }
+
+    /// Returns the pictures of the page: the whole picture, and its magnified part in use, with each
+    /// recommended setting, and exact. What there is no time for is left out.
+    fn pictures(
+        &self,
+        candidates: &[RecommendationCandidate],
+        recommendations: &Recommendations,
+    ) -> Result<ReportPictures, PrepareError> {
+        let study = self.study;
+        let advised = [&recommendations.half_the_error, &recommendations.same_error];
+        let mut details: Vec<DetailPicture> = Vec::new();
+        for candidate in candidates {
+            let flags = candidate.setting.flags();
+            let is_advised = advised
+                .iter()
+                .copied()
+                .flatten()
+                .any(|of| of.flags == flags);
+            if !flags.is_empty() && !is_advised {
+                continue;
             }
-        };
-        LadderCostReport {
-            ladder: ladder.name(),
-            in_use: self.study.space.rung_in_use(ladder),
-            rungs: ladder.choices().map(rung).collect(),
+            details.extend(
+                self.detail(&candidate.setting)?
+                    .map(|picture| DetailPicture {
+                        flags,
+                        measured: Some(candidate.measured.clone()),
+                        picture,
+                    }),
+            );
         }
+        details.sort_by_key(|detail| !detail.flags.is_empty());
+        if let Some(exact) = study.setting_of_exact_detail() {
+            // The random numbers are those of no other render.
+            let reference = study.render_detail(&exact, u64::MAX)?;
+            details.extend(reference.map(|picture| DetailPicture {
+                flags: exact.flags(),
+                measured: None,
+                picture,
+            }));
+        }
+        let size = study.renderer.settings.size;
+        Ok(ReportPictures {
+            whole: study.overview.1.clone(),
+            tiles: study
+                .tiles
+                .iter()
+                .map(|&tile| tile_crop(size, tile))
+                .collect(),
+            detail: Some(study.detail),
+            details,
+        })
     }
 
-    /// Returns the pictures for comparison: the reference, the setting in use, and each setting that
-    /// differs from it in one choice.
-    fn report_pictures(&self) -> Vec<ReportPicture> {
-        let mut pictures = vec![ReportPicture {
-            name: "reference".to_owned(),
-            picture: self.study.reference_picture(),
-        }];
-        let named = |name: String, setting: &RungSetting| {
-            let trials = [Region::Whole, Region::Tiles]
-                .into_iter()
-                .flat_map(|region| self.figures.trials(setting, region));
-            let picture = trials.filter_map(|trial| trial.picture.clone()).next()?;
-            Some(ReportPicture { name, picture })
-        };
-        let own = RungSetting::default();
-        let shown = [&own, &self.study.space.baseline]
-            .into_iter()
-            .find_map(|s| named(own.to_string(), s));
-        pictures.extend(shown);
-        let samples = self.study.space.sample_settings();
-        let others = samples.iter().filter(|setting| **setting != own);
-        pictures.extend(others.filter_map(|setting| named(setting.to_string(), setting)));
-        let denoised = self
-            .figures
-            .denoised_trial(&own)
-            .or_else(|| self.figures.denoised_trial(&self.study.space.baseline));
-        let denoised = denoised.and_then(|trial| trial.denoised.as_ref()?.picture.clone());
-        pictures.extend(denoised.map(|picture| ReportPicture {
-            name: "reconstruction=denoised".to_owned(),
-            picture,
-        }));
-        let rungs = self.study.space.single_rungs();
-        let tiles = self.study.space.rung_settings();
-        let rungs = rungs.iter().zip(&tiles);
-        pictures.extend(rungs.filter_map(|(rung, tile)| named(rung.to_string(), tile)));
-        pictures
+    /// Returns the magnified part of the picture with a setting: of its whole picture, or rendered
+    /// anew.
+    fn detail(&self, setting: &RungSetting) -> Result<Option<Picture>, PrepareError> {
+        if self.study.space.is_denoised(setting) {
+            let trial = self.denoised_trial(setting);
+            return Ok(trial.and_then(|of| Some(of.denoised.as_ref()?.detail.clone())));
+        }
+        let whole = self.trials(setting, Region::Whole).next();
+        match whole.and_then(|trial| trial.detail.clone()) {
+            Some(detail) => Ok(Some(detail)),
+            None => self.study.render_detail(setting, 0),
+        }
     }
 }

@@ -20,9 +20,7 @@ impl RungSetting {
     /// Returns the setting with these rungs (quality levels). Of several rungs of the same ladder,
     /// the last counts.
     pub fn from_rungs(choices: &[RungChoice]) -> Self {
-        choices.iter().fold(Self::default(), |setting, &choice| {
-            setting.with_rung(choice)
-        })
+        Self::default().with_rungs(choices)
     }
 
     /// Returns the changed rungs (quality levels), in the order of their ladders.
@@ -42,6 +40,13 @@ impl RungSetting {
         let mut all: Vec<RungChoice> = others.chain([choice]).collect();
         all.sort_by_key(RungChoice::ladder);
         Self(all)
+    }
+
+    /// Returns the setting with these rungs added. Each replaces a rung of the same ladder.
+    #[must_use]
+    pub fn with_rungs(&self, choices: &[RungChoice]) -> Self {
+        let all = choices.iter();
+        all.fold(self.clone(), |setting, &choice| setting.with_rung(choice))
     }
 
     /// Returns the setting without a change of this ladder, which has the scene's own rung (quality

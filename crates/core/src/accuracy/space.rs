@@ -1,6 +1,6 @@
 //! The settings that a measurement may try: the rungs of the ladders that the scene reaches.
 
-use super::renderer::{REPLICATES, SettingRenderer};
+use super::renderer::SettingRenderer;
 use super::setting::RungSetting;
 use crate::dispatch::find_collapsed_objects;
 use crate::effects::{EffectSet, assess_effects};
@@ -8,8 +8,6 @@ use crate::ladder::{Ladder, RungChoice, RungValue, applicable_ladders, needed_ef
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
 
-/// Samples per pixel of the first look at the picture: one for each replicate.
-pub(super) const FIRST_SAMPLES: u32 = REPLICATES;
 /// Least number of tiles, unless the picture has fewer: Student's factor is then 1.12 times the
 /// normal one.
 pub(super) const FEWEST_TILES: usize = 12;
@@ -125,8 +123,7 @@ impl<'a> SettingSpace<'a> {
 
     /// Returns the baseline with the rungs of a setting.
     pub fn applied_to_baseline(&self, setting: &RungSetting) -> RungSetting {
-        let choices = setting.choices().iter();
-        choices.fold(self.baseline.clone(), |all, &choice| all.with_rung(choice))
+        self.baseline.with_rungs(setting.choices())
     }
 
     pub fn exact_baseline(&self) -> RungSetting {
@@ -204,27 +201,18 @@ impl<'a> SettingSpace<'a> {
         if self.is_fixed(setting) {
             return Some(setting.clone());
         }
-        let baseline = self.general_baseline()?;
-        let rest = [Ladder::Samples, Ladder::Reconstruction]
-            .into_iter()
-            .fold(setting.clone(), |setting, ladder| {
-                setting.without_ladder(ladder)
-            });
-        let choices = rest.choices().iter();
-        Some(choices.fold(baseline, |all, &choice| all.with_rung(choice)))
+        let rest = setting
+            .without_ladder(Ladder::Samples)
+            .without_ladder(Ladder::Reconstruction);
+        Some(self.general_baseline()?.with_rungs(rest.choices()))
     }
 
     /// Returns the settings that change one rung of another ladder than samples and denoising.
     pub fn single_rungs(&self) -> Vec<RungSetting> {
-        let rungs = self.rung_settings();
-        let without = |setting: &RungSetting| {
-            let choices = setting.choices().iter().copied();
-            let others: Vec<RungChoice> = choices
-                .filter(|choice| choice.ladder() != Ladder::Samples)
-                .collect();
-            RungSetting::from_rungs(&others)
-        };
-        rungs.iter().map(without).collect()
+        let rungs = self.rung_settings().into_iter();
+        rungs
+            .map(|setting| setting.without_ladder(Ladder::Samples))
+            .collect()
     }
 
     /// Returns the names of the ladders that the scene does not call for.

@@ -5,13 +5,15 @@ use std::time::Instant;
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
-use super::effects::{EffectBench, EffectCosts};
+use super::effects::{EffectBench, EffectCosts, ROUNDS};
 use super::outputs::{OutputFormatReport, measure_output_formats};
+use super::policy::expected_seconds_of_sample;
 use super::renderer::{
-    FilmRequest, REPLICATES, Reference, SettingRenderer, TimedFilm, UnfinishedRender,
+    FilmRequest, REPLICATES, Reference, SettingRenderer, TimedFilm, none_if_cancelled,
 };
-use super::space::{FEWEST_TILES, SettingSpace};
-use super::tiles::{crop_picture, tile_count, tile_crop};
+use super::setting::RungSetting;
+use super::space::SettingSpace;
+use super::tiles::{crop_picture, tile_count, tile_crop, tiles_of_crop};
 use super::trial::{
     DenoisedTrial, Job, Region, Replicates, TileSums, Trial, mean_of_replicates, replicates_of,
 };
@@ -23,14 +25,15 @@ use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Shares of the budget: the ends of the trials and of the costs of effects.
+/// Shares of the budget: the ends of the trials and of the costs of effects. What is left is for
+/// what a render does after its last ray. In runs of 1 to 180 s the budget was kept to 1.02
+/// (`benches/runs/2026-11-27-advice.md`).
 pub(super) const TRIALS_END: f64 = 0.88;
 const EFFECTS_END: f64 = 0.97;
-/// Time limit of a trial in expected times. In Whitted ray tracing rays split at glass and mirrors,
-/// so that their number doubles with each segment of the path.
+/// Time limit of a trial in expected times, besides the time of the first picture. In Whitted ray
+/// tracing rays split at glass and mirrors, so that their number doubles with each segment of the
+/// path.
 const PATIENCE: f64 = 20.0;
-/// Least time limit of a trial.
-const LEAST_PATIENCE: Duration = Duration::from_secs(1);
 
 /// A measurement in progress.
 pub(super) struct Study<'a> {
@@ -44,8 +47,10 @@ pub(super) struct Study<'a> {
     pub reference: Option<Reference>,
     /// Tiles on which rungs are tried, in ascending order.
     pub tiles: Vec<u32>,
-    /// The shown part of the picture.
-    pub shown: Crop,
+    /// The magnified part of the picture.
+    pub detail: Crop,
+    /// The whole picture of the most samples, but at most those in use, with their number.
+    pub overview: (u32, Picture),
     pub reference_replicates: Replicates,
     /// Mean of the replicates of the reference, for each tile.
     pub truth: Vec<Vec<[f32; 3]>>,
@@ -71,7 +76,8 @@ impl<'a> Study<'a> {
             table: Vec::new(),
             reference: None,
             tiles: Vec::new(),
-            shown: tile_crop(renderer.settings.size, 0),
+            detail: tile_crop(renderer.settings.size, 0),
+            overview: (0, Picture::default()),
             reference_replicates: Vec::new(),
             truth: Vec::new(),
             exact_replicates: None,
@@ -79,13 +85,9 @@ impl<'a> Study<'a> {
         }
     }
 
-    /// Renders the film of a trial, and returns the replicates of the tiles, of a whole picture none.
+    /// Renders the film of a job, and returns the replicates of the tiles, of a whole picture none.
     /// Under a fixed pattern of samples, pictures with other random numbers are the replicates.
-    pub fn render(
-        &self,
-        job: &Job,
-        end: Instant,
-    ) -> Result<(TimedFilm, Replicates), UnfinishedRender> {
+    pub fn render(&self, job: &Job, end: Instant) -> Result<(TimedFilm, Replicates), PrepareError> {
         let is_whole = job.region == Region::Whole;
         let samples = self.space.sample_count(&job.setting);
         let is_fixed = self.space.is_fixed(&job.setting);
@@ -104,28 +106,26 @@ impl<'a> Study<'a> {
             })
         };
         let first = film(job.round)?;
-        if is_whole {
-            return Ok((first, Vec::new()));
-        }
-        let rounds = u64::from(if is_fixed && first.is_random {
-            REPLICATES
-        } else {
-            1
-        });
-        let mut replicates = replicates_of(&first.film, &self.tiles).unwrap_or_default();
-        for k in 1..rounds {
-            let other = film(job.round + k * u64::from(self.effort.rounds))?;
-            let other = replicates_of(&other.film, &self.tiles).unwrap_or_default();
-            replicates
-                .iter_mut()
-                .zip(other)
-                .for_each(|(all, other)| all.extend(other));
+        let mut replicates = Replicates::new();
+        if !is_whole {
+            replicates = replicates_of(&first.film, &self.tiles).unwrap_or_default();
+            let others = if is_fixed && first.is_random {
+                1..REPLICATES
+            } else {
+                1..1
+            };
+            for k in others {
+                let other = film(job.round + u64::from(k * self.effort.rounds))?;
+                let other = replicates_of(&other.film, &self.tiles).unwrap_or_default();
+                let pairs = replicates.iter_mut().zip(other);
+                pairs.for_each(|(all, other)| all.extend(other));
+            }
         }
         Ok((first, replicates))
     }
 
     /// Adds the trial of a whole picture to the table, with its claim and its denoised picture.
-    pub fn record_whole(&mut self, job: &Job, timed: TimedFilm, wall: f64, end: Instant) {
+    pub fn record_whole(&mut self, job: &Job, timed: &TimedFilm, wall: f64, end: Instant) {
         let before = (self.renderer.now)();
         let film = &timed.film;
         let denoised = film
@@ -140,15 +140,22 @@ impl<'a> Study<'a> {
             claim: output.error,
             light_change: output.light_change,
             seconds,
-            picture: Some(crop_picture(&output.picture, self.shown)),
+            detail: crop_picture(&output.picture, self.detail),
         });
-        let picture = crop_picture(&film.picture(), self.shown);
+        let picture = film.mean_colours();
+        let detail = Some(crop_picture(&picture, self.detail));
+        let samples = self.space.sample_count(&job.setting);
+        let most = self.space.sample_count(&RungSetting::default());
+        let is_better = (self.overview.0..=most).contains(&samples) || samples == most;
+        if is_better || self.table.is_empty() {
+            self.overview = (samples, picture);
+        }
         let wall = wall + ((self.renderer.now)() - before).as_secs_f64();
         self.table.push(Trial {
             claim,
             denoised,
-            picture: Some(picture),
-            ..Trial::of_film(&job.setting, Region::Whole, job.round, &timed, wall)
+            detail,
+            ..Trial::of_film(job, timed, wall)
         });
     }
 
@@ -161,8 +168,7 @@ impl<'a> Study<'a> {
         wall: f64,
     ) {
         let is_fixed = self.space.is_fixed(&job.setting);
-        let is_exact = job.setting == self.space.exact_baseline();
-        if is_exact && !is_fixed {
+        if job.setting == self.space.exact_baseline() && !is_fixed {
             self.exact_replicates = Some((job.round, replicates.clone()));
         }
         // The random numbers of the exact setting are those of the same round.
@@ -174,18 +180,23 @@ impl<'a> Study<'a> {
         let sums = sums
             .map(|((own, exact), truth)| TileSums::new(own, exact, truth, !is_fixed))
             .collect();
-        let is_own = job.setting == self.space.baseline && job.round == 0;
-        if is_own && self.baseline_replicates.is_empty() {
-            self.baseline_replicates.clone_from(&replicates);
+        let has_same_bits = replicates == self.baseline_replicates;
+        if job.setting == self.space.baseline && self.baseline_replicates.is_empty() {
+            self.baseline_replicates = replicates;
         }
-        let picture = self.shown_picture(&replicates, is_fixed);
         self.table.push(Trial {
             sums,
-            has_same_bits: replicates == self.baseline_replicates,
-            picture: Some(picture),
-            is_prepared_anew: job.prepares,
-            ..Trial::of_film(&job.setting, Region::Tiles, job.round, timed, wall)
+            has_same_bits,
+            ..Trial::of_film(job, timed, wall)
         });
+    }
+
+    /// Keeps the reference and its replicates of each tile.
+    pub fn set_reference(&mut self, reference: Reference, replicates: Replicates) {
+        let means = replicates.iter().map(|of| mean_of_replicates(of));
+        self.truth = means.collect();
+        self.reference_replicates = replicates;
+        self.reference = Some(reference);
     }
 
     /// Returns the sums of the reference's own noise over each tile.
@@ -196,65 +207,56 @@ impl<'a> Study<'a> {
             .collect()
     }
 
-    /// Returns the shown part of the reference.
-    pub fn reference_picture(&self) -> Picture {
-        self.shown_picture(&self.reference_replicates, false)
+    /// Renders the magnified part of the picture with a setting; `None` if the time runs out.
+    ///
+    /// # Errors
+    /// A render that cannot be prepared.
+    pub fn render_detail(
+        &self,
+        setting: &RungSetting,
+        round: u64,
+    ) -> Result<Option<Picture>, PrepareError> {
+        let tiles = tiles_of_crop(self.renderer.settings.size, self.detail);
+        let left = Duration::from_secs_f64(self.seconds_until(EFFECTS_END) / 2.0);
+        let timed = self.renderer.render_film(&FilmRequest {
+            setting,
+            round,
+            tiles: Some(&tiles),
+            denoises: false,
+            prepares: false,
+            end: (self.renderer.now)() + left,
+        });
+        let crop = |timed: TimedFilm| crop_picture(&timed.film.mean_colours(), self.detail);
+        Ok(none_if_cancelled(timed)?.map(crop))
     }
 
-    /// Returns the shown part of a picture from the replicates of the tiles: their mean, or the
-    /// first.
-    fn shown_picture(&self, replicates: &Replicates, is_first: bool) -> Picture {
-        let (shown, size) = (self.shown, self.renderer.settings.size);
-        let mut picture = Picture::new(shown.width, shown.height);
-        for (&tile, replicates) in self.tiles.iter().zip(replicates) {
-            let crop = tile_crop(size, tile);
-            let count = if is_first { 1 } else { replicates.len() };
-            let means = mean_of_replicates(&replicates[..count]);
-            for (at, colour) in means.into_iter().enumerate() {
-                let (x, y) = (
-                    crop.x + at as u32 % crop.width,
-                    crop.y + at as u32 / crop.width,
-                );
-                let [column, row] = [x.wrapping_sub(shown.x), y.wrapping_sub(shown.y)];
-                if column < shown.width && row < shown.height {
-                    picture.rgb[(row * shown.width + column) as usize] = colour;
-                }
-            }
-        }
-        picture
-    }
-
-    /// Measures every output format on tiles of the baseline's picture.
-    pub fn measure_outputs(&self) -> Vec<OutputFormatReport> {
-        let (size, is_fixed) = (
-            self.renderer.settings.size,
-            self.space.is_fixed(&self.space.baseline),
-        );
-        let tiles = self
-            .tiles
-            .iter()
-            .zip(&self.baseline_replicates)
-            .take(FEWEST_TILES);
-        let picture = |(&tile, replicates): (&u32, &Vec<Vec<[f32; 3]>>)| {
-            let count = if is_fixed { 1 } else { replicates.len() };
-            let crop = tile_crop(size, tile);
-            Picture {
-                rgb: mean_of_replicates(&replicates[..count]),
-                ..Picture::new(crop.width, crop.height)
-            }
+    /// Returns the most exact setting, with as many samples as the magnified part can have in half of
+    /// the time that is left; `None` if its noise would be more than half of that in use.
+    pub fn setting_of_exact_detail(&self) -> Option<RungSetting> {
+        let tiles = tiles_of_crop(self.renderer.settings.size, self.detail).len() as f64;
+        let share = tiles / tile_count(self.renderer.settings.size) as f64;
+        let sample = share * expected_seconds_of_sample(self);
+        let count = |setting: &RungSetting| f64::from(self.space.sample_count(setting));
+        let left = self.seconds_until(EFFECTS_END) / 2.0;
+        let mut settings = self.space.sample_settings();
+        settings.retain(|setting| sample * count(setting) < left);
+        let is_random = self.table.first().is_some_and(|trial| trial.is_random);
+        let least = if is_random {
+            4.0 * count(&RungSetting::default())
+        } else {
+            0.0
         };
-        let pictures: Vec<Picture> = tiles.map(picture).collect();
-        let share = pictures.len() as f64 / tile_count(self.renderer.settings.size) as f64;
-        let [width, height] = size.map(f64::from);
+        let most = settings.pop().filter(|setting| count(setting) >= least)?;
+        Some(most.with_rungs(self.space.exact.choices()))
+    }
+
+    /// Measures every output format on the whole picture.
+    pub fn measure_outputs(&self) -> Vec<OutputFormatReport> {
         measure_output_formats(
-            &pictures
-                .iter()
-                .map(|picture| (share, picture))
-                .collect::<Vec<_>>(),
-            width * height,
+            &self.overview.1,
             self.display,
             self.renderer.settings.output,
-            self.renderer.stopwatch,
+            (self.renderer.stopwatch, ROUNDS),
         )
     }
 
@@ -284,11 +286,7 @@ impl<'a> Study<'a> {
         let mut later = |label: &str, share: f64| {
             listener.report_step(label, from + share * (1.0 - from));
         };
-        match bench.measure_costs(&settings, &mut later) {
-            Ok(costs) => Ok(Some(costs)),
-            Err(PrepareError::Cancelled) => Ok(None),
-            Err(error) => Err(error),
-        }
+        none_if_cancelled(bench.measure_costs(&settings, &mut later))
     }
 
     /// Returns the share of the picture's tiles, 0 to 1, on which rungs are tried.
@@ -298,7 +296,8 @@ impl<'a> Study<'a> {
 
     /// Returns the instant at which a trial of these expected seconds counts as too long.
     pub fn time_limit(&self, expected: f64) -> Instant {
-        let patience = Duration::from_secs_f64(PATIENCE * expected).max(LEAST_PATIENCE);
+        let first = self.table.first().map_or(0.0, |trial| trial.wall);
+        let patience = Duration::from_secs_f64(PATIENCE * expected + first);
         ((self.renderer.now)() + patience).min(self.instant_of(TRIALS_END))
     }
 

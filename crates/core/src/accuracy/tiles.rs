@@ -1,17 +1,15 @@
 //! Division of a picture into square tiles, numbered row by row as in a film.
 
+use super::space::FEWEST_TILES;
 use crate::hash::splitmix64;
 use crate::picture::Picture;
 use crate::settings::Crop;
 
-/// Least number of tiles into which a picture is divided, unless their edge would be less than
-/// eight pixels: errors between as many tiles have an interval within a fifth of the true one.
-const FEWEST_TILES: f64 = 48.0;
-
-/// Returns the edge in pixels of the tiles of a picture: a multiple of 8, at most 32.
+/// Returns the edge in pixels of the tiles of a picture: a multiple of 8, at most 32. A picture has
+/// four times the fewest tiles that are measured, unless their edge would be less than eight pixels.
 pub(super) fn tile_edge(size: [u32; 2]) -> u32 {
     let [width, height] = size.map(f64::from);
-    let edge = (width * height / FEWEST_TILES).sqrt() / 8.0;
+    let edge = (width * height / (4 * FEWEST_TILES) as f64).sqrt() / 8.0;
     8 * (edge as u32).clamp(1, 4)
 }
 
@@ -34,6 +32,18 @@ pub(super) fn tile_crop(size: [u32; 2], tile: u32) -> Crop {
         width: edge.min(size[0] - x),
         height: edge.min(size[1] - y),
     }
+}
+
+/// Returns the numbers of the tiles that a rectangle of a picture touches, in ascending order.
+pub(super) fn tiles_of_crop(size: [u32; 2], crop: Crop) -> Vec<u32> {
+    let touches = |&tile: &u32| {
+        let of = tile_crop(size, tile);
+        of.x < crop.x + crop.width
+            && crop.x < of.x + of.width
+            && of.y < crop.y + crop.height
+            && crop.y < of.y + of.height
+    };
+    (0..tile_count(size) as u32).filter(touches).collect()
 }
 
 /// Returns the numbers of all tiles of a picture. For every n, the first n tiles are spread evenly

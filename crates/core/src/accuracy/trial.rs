@@ -10,14 +10,35 @@ use crate::film::{Film, Uncertainty};
 use crate::metrics::RELATIVE_FLOOR;
 use crate::picture::Picture;
 
-/// Trial that is still to be done.
+/// What a trial renders.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Job {
     pub setting: RungSetting,
     pub region: Region,
+    /// Number that is added to the seed.
     pub round: u64,
     /// Whether the scene is prepared anew, so that the preparation is timed.
     pub prepares: bool,
+}
+
+impl Job {
+    /// Returns the job of a whole picture.
+    pub fn whole(setting: &RungSetting) -> Self {
+        Self {
+            region: Region::Whole,
+            ..Self::tiles(setting, 0)
+        }
+    }
+
+    /// Returns the job of a round on tiles.
+    pub fn tiles(setting: &RungSetting, round: u64) -> Self {
+        Self {
+            setting: setting.clone(),
+            region: Region::Tiles,
+            round,
+            prepares: false,
+        }
+    }
 }
 
 impl fmt::Display for Job {
@@ -39,12 +60,9 @@ pub(super) enum Region {
     Tiles,
 }
 
-/// Render of a setting on a region, with its figures.
+/// Finished job with its figures.
 pub(super) struct Trial {
-    pub setting: RungSetting,
-    pub region: Region,
-    /// Number that is added to the seed.
-    pub round: u64,
+    pub job: Job,
     /// Seconds of rendering, summed over all threads; infinite if the render took too long.
     pub seconds: f64,
     /// Wall-clock seconds, with preparation and denoising.
@@ -62,12 +80,10 @@ pub(super) struct Trial {
     pub denoised: Option<DenoisedTrial>,
     /// Whether other random numbers would change the picture.
     pub is_random: bool,
-    /// Whether the scene was prepared for this trial, so that the preparation was timed.
-    pub is_prepared_anew: bool,
     /// Whether the pictures equal those of the baseline in the same round to the bit.
     pub has_same_bits: bool,
-    /// The shown part of the picture.
-    pub picture: Option<Picture>,
+    /// The magnified part of a whole picture.
+    pub detail: Option<Picture>,
 }
 
 /// Figures of a denoised whole picture.
@@ -77,37 +93,28 @@ pub(super) struct DenoisedTrial {
     pub light_change: f64,
     /// Seconds of denoising, summed over all threads.
     pub seconds: f64,
-    pub picture: Option<Picture>,
+    /// The magnified part of the picture.
+    pub detail: Picture,
 }
 
 impl Trial {
     /// Returns the trial of a finished film, without its errors.
-    pub fn of_film(
-        setting: &RungSetting,
-        region: Region,
-        round: u64,
-        timed: &TimedFilm,
-        wall: f64,
-    ) -> Self {
+    pub fn of_film(job: &Job, timed: &TimedFilm, wall: f64) -> Self {
         Self {
-            region,
-            round,
             seconds: timed.seconds,
             wall,
             rays: timed.film.counters().ray_count(),
             preparing: timed.preparing,
             geometry: timed.geometry,
             is_random: timed.is_random,
-            ..Self::too_long(setting.clone())
+            ..Self::too_long(job.clone())
         }
     }
 
-    /// Returns a trial on tiles that took too long.
-    pub fn too_long(setting: RungSetting) -> Self {
+    /// Returns the trial of a job that took too long.
+    pub fn too_long(job: Job) -> Self {
         Self {
-            setting,
-            region: Region::Tiles,
-            round: 0,
+            job,
             seconds: f64::INFINITY,
             wall: 0.0,
             rays: 0,
@@ -117,9 +124,8 @@ impl Trial {
             claim: None,
             denoised: None,
             is_random: false,
-            is_prepared_anew: false,
             has_same_bits: false,
-            picture: None,
+            detail: None,
         }
     }
 }
@@ -206,7 +212,7 @@ impl TileSums {
 }
 
 /// Returns the mean of some numbers, and their unbiased variance; zero for a single one.
-fn mean_and_variance(values: &[f64]) -> (f64, f64) {
+pub(super) fn mean_and_variance(values: &[f64]) -> (f64, f64) {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
@@ -223,8 +229,8 @@ fn relative_error_weight(reference: f32) -> f64 {
 /// Returns the mean squared bias over the picture from the tiles of one or more rounds, with its
 /// interval. `share` is the share of the picture's tiles, 0 to 1, that were rendered: the choice of
 /// tiles adds to the uncertainty.
-pub(super) fn mean_bias(tiles: &[TileSums], of: usize, share: f64) -> ConfidenceInterval {
-    let sum = |value: &dyn Fn(&TileSums) -> f64| tiles.iter().map(value).sum::<f64>();
+pub(super) fn mean_bias(tiles: &[&TileSums], of: usize, share: f64) -> ConfidenceInterval {
+    let sum = |value: &dyn Fn(&TileSums) -> f64| tiles.iter().map(|of| value(of)).sum::<f64>();
     let pixels = sum(&|tile| tile.pixels);
     let value = sum(&|tile| tile.bias[of]) / pixels;
     let count = tiles.len() as f64;
@@ -288,13 +294,13 @@ mod tests {
             assert!((noise * 48.0 - 1.0).abs() < 0.05, "{noise}");
             assert!((sums.noise[ABSOLUTE] / 1024.0 * 48.0 - 1.0).abs() < 0.05);
         }
-        let bias = mean_bias(&[paired], RELATIVE, 1.0);
+        let bias = mean_bias(&[&paired], RELATIVE, 1.0);
         assert!(
             (bias.value / (0.0025 / 0.26) - 1.0).abs() < 1e-3,
             "{bias:?}"
         );
         assert!(bias.high < 1.01 * bias.low);
-        let rough = mean_bias(&[apart], RELATIVE, 1.0);
+        let rough = mean_bias(&[&apart], RELATIVE, 1.0);
         assert!(
             rough.low < bias.value && bias.value < rough.high,
             "{rough:?}"
@@ -317,7 +323,7 @@ mod tests {
                 let set = |grey, seed: u64| (0..4).map(|r| replicate(grey, seed + r)).collect();
                 let (own, exact): (Vec<_>, Vec<_>) = (set(grey, 0), set(0.5, 4));
                 let sums = TileSums::new(&own, &exact, &[[0.5; 3]; 64], true);
-                let bias = mean_bias(&[sums], ABSOLUTE, 1.0);
+                let bias = mean_bias(&[&sums], ABSOLUTE, 1.0);
                 let truth = f64::from(grey - 0.5).powi(2);
                 bias.low <= truth && truth <= bias.high
             };

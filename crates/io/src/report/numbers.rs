@@ -92,11 +92,6 @@ pub fn format_median(values: &SampleQuantiles) -> String {
     )
 }
 
-/// Formats half the interquartile range of measured values in whole per cent of their median.
-pub(super) fn format_spread(values: &SampleQuantiles) -> String {
-    format!("±{:.0} %", 100.0 * values.relative_half_spread())
-}
-
 /// Formats a time in seconds: below a second with three digits in milliseconds, otherwise like
 /// [`format_duration`].
 pub fn format_precise_duration(seconds: f64) -> String {

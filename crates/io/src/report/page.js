@@ -1,20 +1,21 @@
 "use strict";
-// The comparison of two pictures: which ones, where one ends and the other begins, and the error beside them.
+// The comparison of two pictures: which ones, and where one ends and the other begins.
 const one = document.getElementById("one"), other = document.getElementById("other"), edge = document.getElementById("edge");
-const under = document.getElementById("under"), over = document.getElementById("over"), heat = document.getElementById("heat");
-const of = (name, kind) => document.querySelector(`img[data-name="${CSS.escape(name)}"][data-kind="${kind}"]`);
+const under = document.getElementById("under"), over = document.getElementById("over");
+const of = (name) => document.querySelector(`img[data-name="${CSS.escape(name)}"]`);
 function show() {
-  over.src = of(one.value, "render").src;
-  under.src = of(other.value, "render").src;
+  over.src = of(one.value).src;
+  under.src = of(other.value).src;
   over.alt = one.value;
   under.alt = other.value;
   over.style.clipPath = `inset(0 ${100 - edge.value}% 0 0)`;
-  const map = of(one.value, "error");
-  heat.hidden = !map;
-  if (map) heat.src = map.src;
 }
-for (const control of [one, other, edge]) control.addEventListener("input", show);
-show();
+if (one && one.length) {
+  // The setting in use stands on the left, beside the first that is recommended, or the reference.
+  other.selectedIndex = Math.min(1, other.length - 1);
+  for (const control of [one, other, edge]) control.addEventListener("input", show);
+  show();
+}
 // What a pointer shows where it rests is told of what has the focus, too.
 const told = document.getElementById("told");
 const words = (of) => of.getAttribute("aria-label") ?? of.title;

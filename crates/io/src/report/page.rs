@@ -1,21 +1,24 @@
 //! HTML report of an accuracy measurement, in a single self-contained file. A measurement renders
 //! the scene on the rungs (quality levels) of each ladder (a setting with ordered levels). The page
-//! has a plot, tables, pictures side by side, errors as heat maps, and the scene's effects. Nothing
-//! is downloaded, and only the picture comparison needs a script.
+//! has the recommendation, the picture, its magnified part with the recommended settings, a plot and
+//! tables. Nothing is downloaded, and only the slider between two pictures needs a script.
 
 use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use raywright_core::accuracy::{AccuracyReport, LadderReport, MeasuredSetting, RungReport};
+use raywright_core::accuracy::{
+    AccuracyReport, DetailPicture, LadderReport, MeasuredSetting, RungReport,
+};
 use raywright_core::display::Display;
 use raywright_core::effects::EffectReport;
-use raywright_core::metrics::{heat_map, max_channel_differences, mean_and_quantiles};
 use raywright_core::picture::Picture;
+use raywright_core::settings::Crop;
 
-use super::numbers::format_number;
+use super::numbers::{format_number, format_precise_duration};
 use super::plot::{Plot, PlotAxis, PlotLine, PlotPoint, ThemeColour, escape_xml};
 use super::section::{ReportSection, html_with_code};
+use super::table::format_uncertain;
 use crate::output::{PictureMetadata, encode_png};
 
 /// Contents of the HTML report of an accuracy measurement.
@@ -36,6 +39,8 @@ pub struct AccuracyPage<'a> {
     /// Flags of each setting on the frontier, which are appended to `own_command`. No measured
     /// setting is both faster and more accurate than a setting on the frontier.
     pub flags: &'a [String],
+    /// Name of each magnified picture: the setting in use, flags, or the reference.
+    pub details: &'a [String],
     /// Effects of the scene.
     pub effects: &'a EffectReport,
     /// Display settings for the pictures in the report.
@@ -149,7 +154,8 @@ fn ladder_line(ladder: &LadderReport) -> PlotLine {
     let rungs = ladder
         .rungs
         .iter()
-        .filter(|rung| is_samples || !rung.in_use && !ladder.is_dominated(rung));
+        .filter(|rung| is_samples || !rung.in_use && !ladder.is_dominated(rung))
+        .filter(|rung| rung.cost.is_none());
     let point = |rung: &RungReport| {
         let label = format!("{}={}", ladder.ladder, rung.rung);
         let name = if is_samples {
@@ -199,6 +205,8 @@ fn to_plot_point(measured: &MeasuredSetting) -> Option<PlotPoint> {
 
 /// Largest number of screen pixels along the edge of a picture's pixel.
 const MOST_SCALE: u32 = 16;
+/// Largest width in pixels of the whole picture on the page.
+const WIDEST: u32 = 960;
 
 fn format_seconds(exponent: i32) -> String {
     match exponent {
@@ -245,19 +253,15 @@ impl AccuracyPage<'_> {
         }
         .to_svg();
         let recommendation = html_with_code(self.recommendation);
-        let frontier = self.frontier_section();
-        let frontier = frontier
-            .iter()
-            .map(ReportSection::to_html)
-            .collect::<String>();
-        let details = self.detail_sections();
-        let details: String = details.iter().map(ReportSection::to_html).collect();
+        let html = |sections: Vec<ReportSection>| -> String {
+            sections.iter().map(ReportSection::to_html).collect()
+        };
+        let frontier = html(self.frontier_section().into_iter().collect());
         let body = format!(
-            "<p class=\"answer\">{recommendation}</p>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n\
-             <figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}\
-             <h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{}{details}",
-            escape_xml(self.command),
+            "<p class=\"answer\">{recommendation}</p>\n{}<h2>Error against time</h2>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n<figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}<h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{}",
             self.pictures_html(),
+            escape_xml(self.command),
+            html(self.detail_sections()),
         );
         html_document(
             &format!("What accuracy costs in time: {}", self.scene),
@@ -266,84 +270,97 @@ impl AccuracyPage<'_> {
         )
     }
 
-    /// Formats the pictures: two pictures under a slider, the error of the left picture as a heat
-    /// map, and thumbnails of all pictures.
+    /// Formats the whole picture with the measured regions, and its magnified part with each setting,
+    /// two of them under a slider.
     fn pictures_html(&self) -> String {
-        let Some(reference) = self.report.pictures.first() else {
+        let pictures = &self.report.pictures;
+        let (Some(detail), whole) = (pictures.detail, &pictures.whole) else {
             return String::new();
         };
-        let full = self.heat_map_maximum(&reference.picture);
-        let (mut options, mut thumbs) = (String::new(), String::new());
-        for shown in &self.report.pictures {
-            let name = escape_xml(&shown.name);
+        let frame = |class: &str,
+                     Crop {
+                         x,
+                         y,
+                         width,
+                         height,
+                     }: &Crop| {
+            format!(
+                "<rect class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>"
+            )
+        };
+        let is_whole = self.report.tiles.measured == self.report.tiles.all;
+        let tiles = pictures.tiles.iter().filter(|_| !is_whole);
+        let frames: String = tiles.map(|tile| frame("tile", tile)).collect();
+        let measured = match is_whole {
+            true => "Rungs were tried on the whole picture.",
+            false => "Rungs were tried on the tiles with thin frames.",
+        };
+        let (mut options, mut figures) = (String::new(), String::new());
+        for (name, detail) in self.details.iter().zip(&pictures.details) {
+            let name = escape_xml(name);
             let _ = write!(options, "<option>{name}</option>");
-            let image = self.png_data_uri(&shown.picture, self.display);
-            let error = max_channel_differences(&shown.picture, &reference.picture)
-                .ok()
-                .filter(|_| shown.name != reference.name);
-            let map = error
-                .map(|error| heat_map(shown.picture.width, shown.picture.height, &error, full));
-            let map = map.map(|map| {
-                format!(
-                    "<img hidden data-kind=\"error\" data-name=\"{name}\" alt=\"error of the picture {name}\" src=\"{}\">",
-                    self.png_data_uri(&map, Display::PLAIN)
-                )
-            });
             let _ = writeln!(
-                thumbs,
-                "<figure><img data-kind=\"render\" data-name=\"{name}\" alt=\"{name}\" src=\"{image}\">{}<figcaption>{name}</figcaption></figure>",
-                map.unwrap_or_default()
+                figures,
+                "<figure><img data-name=\"{name}\" alt=\"{name}\" src=\"{}\"><figcaption><b>{name}</b><br>{}</figcaption></figure>",
+                self.png_data_uri(&detail.picture),
+                detail_caption(detail),
             );
         }
-        // Pictures of few pixels are not enlarged to the page's width.
-        let wide = format!(
-            " style=\"max-width:{}px\"",
-            MOST_SCALE * reference.picture.width
-        );
-        let own = options.replace("<option>as it is<", "<option selected>as it is<");
+        let (
+            Crop {
+                x,
+                y,
+                width,
+                height,
+            },
+            [columns, rows],
+        ) = (detail, self.report.size);
         format!(
-            "<h2>Two pictures side by side</h2>\n{}<div class=\"pair\">\n<label>left<select id=\"one\">{own}</select></label>\n\
-             <label>right<select id=\"other\">{options}</select></label>\n\
-             <label>border between left and right<input id=\"edge\" type=\"range\" min=\"0\" max=\"100\" value=\"50\"></label></div>\n\
-             <div class=\"stage\"{wide}><img id=\"under\" alt=\"\"><img id=\"over\" class=\"over\" alt=\"\"></div>\n\
-             <h2>Error of the left picture</h2>\n<div class=\"scale\"><span>0</span><span class=\"bar\"></span><span>{} and more</span></div>\n\
-             <div class=\"stage\"{wide}><img id=\"heat\" alt=\"error of the left picture\"></div>\n\
-             <p class=\"soft\">Each pixel shows the largest absolute difference of its three channels from the reference, in linear radiance.</p>\n\
-             <h2>All pictures</h2>\n<div class=\"thumbs\">\n{thumbs}</div>\n",
-            self.tile_caption(&reference.picture),
-            format_number(f64::from(full)),
+            "<figure class=\"whole\" style=\"max-width:{}px\"><div class=\"frames\"><img alt=\"the picture\" src=\"{}\"><svg viewBox=\"0 0 {columns} {rows}\" preserveAspectRatio=\"none\">{frames}{}</svg></div>\n<figcaption>The picture. {measured} The part with the thick frame is magnified below.</figcaption></figure>\n<h2>Where objects have the most noise</h2>\n<p class=\"soft\">{width}×{height} pixels, from column {x} and row {y} (counted from 0) on; each pixel is a square.</p>\n<div class=\"pair\">\n<label>left<select id=\"one\">{options}</select></label>\n<label>right<select id=\"other\">{options}</select></label>\n<label>border between left and right<input id=\"edge\" type=\"range\" min=\"0\" max=\"100\" value=\"50\"></label></div>\n<div class=\"stage\" style=\"width:{}px\"><img id=\"under\" alt=\"\"><img id=\"over\" class=\"over\" alt=\"\"></div>\n<div class=\"details\">\n{figures}</div>\n",
+            WIDEST.min(MOST_SCALE * columns),
+            self.png_data_uri(&shrink(whole)),
+            frame("detail", &detail),
+            MOST_SCALE * width,
         )
     }
 
-    /// Formats the position of the shown part within the whole picture; empty if whole pictures are
-    /// shown.
-    fn tile_caption(&self, shown: &Picture) -> String {
-        let ([x, y], Picture { width, height, .. }) = (self.report.tiles.shown, shown);
-        if [*width, *height] == self.report.size {
-            return String::new();
-        }
-        format!(
-            "<p class=\"soft\">Only the part of the picture with the greatest noise is shown: {width}×{height} pixels, from column {x} and row {y} (counted from 0) on, each pixel as a square.</p>\n"
-        )
-    }
-
-    /// Returns the error for which the brightest colour of all heat maps stands: the 99th
-    /// percentile of the errors of the pixels, for the scene's own setting.
-    fn heat_map_maximum(&self, reference: &Picture) -> f32 {
-        let own = self
-            .report
-            .pictures
-            .iter()
-            .find(|shown| shown.name == "as it is");
-        let error = own
-            .and_then(|own| max_channel_differences(&own.picture, reference).ok())
-            .unwrap_or_default();
-        (mean_and_quantiles(&error).percentile_99 as f32).max(1e-6)
-    }
-
-    fn png_data_uri(&self, picture: &Picture, display: Display) -> String {
+    fn png_data_uri(&self, picture: &Picture) -> String {
         // A picture that cannot be encoded becomes an empty image.
-        let bytes = encode_png(picture, display, &PictureMetadata::default()).unwrap_or_default();
-        format!("data:image/png;base64,{}", STANDARD.encode(bytes))
+        let bytes = encode_png(picture, self.display, &PictureMetadata::default());
+        format!(
+            "data:image/png;base64,{}",
+            STANDARD.encode(bytes.unwrap_or_default())
+        )
+    }
+}
+
+/// Describes the error and the time of a magnified picture's setting.
+fn detail_caption(detail: &DetailPicture) -> String {
+    let Some(measured) = &detail.measured else {
+        return "as exact as the time allowed".to_owned();
+    };
+    let error = format_uncertain(&measured.errors.relmse.map(f64::sqrt), format_number);
+    let time = format_uncertain(&measured.seconds, format_precise_duration);
+    format!("error {error}<br>CPU time {time}")
+}
+
+/// Returns the means of squares of pixels, as large as they need to be for the page's width.
+fn shrink(picture: &Picture) -> Picture {
+    let edge = picture.width.div_ceil(WIDEST).max(1);
+    let [width, height] = [picture.width, picture.height].map(|pixels| pixels / edge);
+    let mean = |x: u32, y: u32| {
+        let mut sum = [0.0; 3];
+        for pixel in 0..edge * edge {
+            let colour = picture.pixel(x * edge + pixel % edge, y * edge + pixel / edge);
+            let colour = colour.unwrap_or_default();
+            (0..3).for_each(|i| sum[i] += colour[i] / (edge * edge) as f32);
+        }
+        sum
+    };
+    Picture {
+        rgb: (0..height)
+            .flat_map(|y| (0..width).map(move |x| mean(x, y)))
+            .collect(),
+        ..Picture::new(width, height)
     }
 }

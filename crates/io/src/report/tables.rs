@@ -4,13 +4,11 @@
 
 use raywright_core::accuracy::{
     ConfidenceInterval, EffectCost, EffectCosts, LadderReport, MeasuredSetting,
-    MeasuredSettingWithFlags, OutputFormatReport, RungCost, RungReport,
+    MeasuredSettingWithFlags, OutputFormatReport, RungReport,
 };
 use raywright_core::effects::{EffectAssessment, EffectReport, EffectStatus};
 
-use super::numbers::{
-    format_budget, format_change, format_number, format_precise_duration, format_spread,
-};
+use super::numbers::{format_budget, format_change, format_number, format_precise_duration};
 use super::page::AccuracyPage;
 use super::section::ReportSection;
 use super::table::{ColumnAlignment, Table, TableRow, format_uncertain};
@@ -159,7 +157,7 @@ impl AccuracyPage<'_> {
                 .map(|(ladder, rung)| format!("{}={}", ladder.ladder, rung.rung))
                 .collect()
         };
-        let absent = self.report.not_called_for.iter();
+        let absent = self.report.inapplicable.iter();
         let lists = [
             (
                 "Slower and less accurate than the rung in use",
@@ -178,7 +176,7 @@ impl AccuracyPage<'_> {
             .into_iter()
             .filter(|(_, names)| !names.is_empty())
             .map(|(words, names)| format!("{words}: {}.", names.join(", ")))
-            .chain(self.report.needs.map(|seconds| {
+            .chain(self.report.sufficient_budget.map(|seconds| {
                 let budget = format_budget(seconds);
                 format!("What is not known, `--budget {budget}` would probably make known.")
             }))
@@ -192,6 +190,7 @@ impl AccuracyPage<'_> {
             .rungs
             .iter()
             .filter(|rung| !ladder.is_dominated(rung) && rung.measured.is_some())
+            .filter(|rung| rung.cost.is_none())
             .collect();
         if rung_reports.iter().all(|rung| rung.in_use) {
             return Vec::new();
@@ -214,15 +213,10 @@ impl AccuracyPage<'_> {
     /// memory, but not the picture; `None` without ladders.
     fn cost_section(&self) -> Option<ReportSection> {
         let mut rows = Vec::new();
-        for ladder in &self.report.prices {
-            rows.push(ladder_heading(ladder.ladder));
-            rows.extend(ladder.rungs.iter().map(|price| {
-                let cells = price
-                    .rung_cost
-                    .as_ref()
-                    .map_or_else(|| vec!["not measured".to_owned()], cost_cells);
-                rung_row(&price.rung, price.about, price.in_use, cells)
-            }));
+        for ladder in &self.report.ladders {
+            let costs: Vec<TableRow> = ladder.rungs.iter().filter_map(cost_row).collect();
+            let heading = costs.first().map(|_| ladder_heading(ladder.ladder));
+            rows.extend(heading.into_iter().chain(costs));
         }
         let names = ["rung", "CPU time", "× in use", "preparing", "memory"];
         (!rows.is_empty()).then(|| ReportSection {
@@ -303,24 +297,20 @@ fn setting_cells(measured: &MeasuredSetting) -> [String; 6] {
     ]
 }
 
-/// Returns the cells of a rung that changes no picture: time, its ratio, preparation and memory.
-fn cost_cells(rung_cost: &RungCost) -> Vec<String> {
-    let seconds = &rung_cost.seconds;
-    let bits = if rung_cost.same_bits {
+/// Returns the row of a rung that changes no picture: time, its ratio, preparation and memory; `None`
+/// for another rung.
+fn cost_row(rung: &RungReport) -> Option<TableRow> {
+    let (cost, measured) = (rung.cost.as_ref()?, rung.measured.as_ref()?);
+    let [time, ratio, ..] = setting_cells(measured);
+    let bits = if cost.same_bits {
         ""
     } else {
         ", DIFFERENT PICTURE"
     };
-    vec![
-        format!(
-            "{} {}",
-            format_precise_duration(seconds.median),
-            format_spread(seconds)
-        ),
-        format_number(rung_cost.ratio.median),
-        format_precise_duration(rung_cost.preparing.median),
-        format_bytes(rung_cost.geometry) + bits,
-    ]
+    let preparing = format_precise_duration(cost.preparing);
+    let memory = format_bytes(cost.geometry) + bits;
+    let cells = [time, ratio, preparing, memory];
+    Some(rung_row(&rung.rung, rung.about, rung.in_use, cells))
 }
 
 /// Returns the section of a scene's effects with the cost of each that can be switched off, the most

@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 /// Columns, each with the places of its figure in the JSON of the different kinds of lines.
-const COLUMNS: [(&str, &[&str]); 32] = [
+const COLUMNS: [(&str, &[&str]); 31] = [
     ("ladder", &["/ladder"]),
     ("rung", &["/rung", "/effect"]),
     ("in_use", &["/in_use"]),
@@ -18,7 +18,6 @@ const COLUMNS: [(&str, &[&str]); 32] = [
         "seconds",
         &[
             "/measured/seconds/value",
-            "/paid/seconds/median",
             "/seconds/median",
             "/seconds_without/median",
         ],
@@ -27,7 +26,6 @@ const COLUMNS: [(&str, &[&str]); 32] = [
         "seconds_low",
         &[
             "/measured/seconds/low",
-            "/paid/seconds/lower_quartile",
             "/seconds/lower_quartile",
             "/seconds_without/lower_quartile",
         ],
@@ -36,20 +34,11 @@ const COLUMNS: [(&str, &[&str]); 32] = [
         "seconds_high",
         &[
             "/measured/seconds/high",
-            "/paid/seconds/upper_quartile",
             "/seconds/upper_quartile",
             "/seconds_without/upper_quartile",
         ],
     ),
-    ("tiles", &["/measured/tiles"]),
-    (
-        "ratio",
-        &[
-            "/measured/ratio/value",
-            "/paid/ratio/median",
-            "/ratio/median",
-        ],
-    ),
+    ("ratio", &["/measured/ratio/value", "/ratio/median"]),
     ("ratio_low", &["/measured/ratio/low"]),
     ("ratio_high", &["/measured/ratio/high"]),
     ("rays", &["/measured/rays"]),
@@ -66,9 +55,9 @@ const COLUMNS: [(&str, &[&str]); 32] = [
     ("light_low", &["/measured/errors/light/low"]),
     ("light_high", &["/measured/errors/light/high"]),
     ("flip", &["/flip"]),
-    ("preparing_seconds", &["/paid/preparing/median"]),
-    ("geometry_bytes", &["/paid/geometry"]),
-    ("same_bits", &["/paid/same_bits"]),
+    ("preparing_seconds", &["/cost/preparing"]),
+    ("geometry_bytes", &["/cost/geometry"]),
+    ("same_bits", &["/cost/same_bits"]),
     ("bytes_per_pixel", &["/bytes_per_pixel"]),
     ("greatest", &["/greatest"]),
     ("clipped", &["/clipped"]),
@@ -88,25 +77,19 @@ pub fn format_csv(report: &AccuracyReport) -> String {
         let rungs = ladder.rungs.iter();
         lines.extend(rungs.map(|rung| build_line(ladder.ladder, rung)));
     }
-    for ladder in &report.prices {
-        let rungs = ladder.rungs.iter();
-        lines.extend(rungs.map(|rung| build_line(ladder.ladder, rung)));
-    }
-    let outputs = report.outputs.iter();
-    lines.extend(outputs.map(|output| build_line("output", output)));
+    lines.extend(report.outputs.iter().map(|of| build_line("output", of)));
     let effects = report.costs.iter().flat_map(|costs| &costs.effects);
     lines.extend(effects.map(|effect| build_line("effect", effect)));
-    let setting = |kind: &str, setting: &MeasuredSettingWithFlags| {
-        let flags = setting.flags.join(" ");
-        let in_use = setting.flags.is_empty();
-        let line =
-            json!({ "rung": "", "in_use": in_use, "flags": flags, "measured": setting.measured });
-        build_line(kind, &line)
-    };
-    let together = report.combinations.iter();
-    lines.extend(together.map(|candidate| setting("together", candidate)));
-    let frontier = report.frontier.iter();
-    lines.extend(frontier.map(|candidate| setting("frontier", candidate)));
+    for (kind, settings) in [
+        ("together", &report.combinations),
+        ("frontier", &report.frontier),
+    ] {
+        lines.extend(settings.iter().map(|MeasuredSettingWithFlags { flags, measured }| {
+            let (in_use, flags) = (flags.is_empty(), flags.join(" "));
+            let line = json!({ "rung": "", "in_use": in_use, "flags": flags, "measured": measured });
+            build_line(kind, &line)
+        }));
+    }
     let names = COLUMNS.map(|(name, _)| name);
     let rows = lines.iter().map(|line| {
         let cell = |(_, places): (_, &[&str])| {

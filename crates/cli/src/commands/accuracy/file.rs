@@ -18,10 +18,12 @@ use crate::console;
 use crate::machine::processor_name;
 use crate::origin::command_line;
 
-/// Version of the layout of [`AccuracyDocument`]. Since version 5, intervals state whether they are
+/// Version of the layout of [`AccuracyDocument`]. Since version 6, keys are nouns
+/// (`recommendations`, `cost`, `sufficient_budget`, `inapplicable`, `reused`), and `ladders` holds
+/// those that change no picture, too. Since version 5, intervals state whether they are
 /// `known`, and rungs are figures of the setting in use, without `base`, `flip` and `own_error`.
 /// Since version 4, all errors are roots of mean squares.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 
 /// Content of an output file of `accuracy`, selected by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +82,9 @@ pub struct AccuracyDocument<'a> {
     /// Flags that each setting on the Pareto frontier adds to `own_command`.
     #[serde(skip)]
     pub flags: Vec<String>,
+    /// Name of each magnified picture.
+    #[serde(skip)]
+    details: Vec<String>,
     /// Effects of the scene: simulated, absent and left out.
     #[serde(skip)]
     effects: EffectReport,
@@ -100,37 +105,33 @@ impl<'a> AccuracyDocument<'a> {
         threads: usize,
         report: &'a AccuracyReport,
     ) -> Self {
-        let (processor, clock) = (
-            processor_name(),
-            if CLOCK_NAME == "thread CPU time" {
-                "CPU time of all threads"
-            } else {
-                CLOCK_NAME
-            },
-        );
+        let processor = processor_name();
+        let clock = match CLOCK_NAME {
+            "thread CPU time" => "CPU time of all threads",
+            other => other,
+        };
         let command = RenderCommand::new(&loaded.source.name, requested);
-        let flags: Vec<String> = report
-            .frontier
-            .iter()
-            .map(|candidate| command.format_flags(&candidate.flags))
-            .collect();
+        let format_flags = |flags: &[String]| match command.format_flags(flags) {
+            flags if flags.is_empty() => "as it is".to_owned(),
+            flags => flags,
+        };
+        let details = report.pictures.details.iter();
+        let details = details.map(|detail| match detail.measured {
+            Some(_) if detail.flags.is_empty() => "in use".to_owned(),
+            Some(_) => format_flags(&detail.flags),
+            None => "reference".to_owned(),
+        });
+        let frontier = report.frontier.iter();
         Self {
             circumstances: describe_conditions(processor.as_deref(), threads, clock, report),
             recommendation: format_recommendation(report, &command),
-            commands: flags
-                .iter()
-                .map(|flags| format!("{} {flags}", command.base).trim_end().to_owned())
+            commands: frontier
+                .clone()
+                .map(|of| format!("{} {}", command.base, command.format_flags(&of.flags)))
+                .map(|command| command.trim_end().to_owned())
                 .collect(),
-            flags: flags
-                .into_iter()
-                .map(|flags| {
-                    if flags.is_empty() {
-                        "as it is".to_owned()
-                    } else {
-                        flags
-                    }
-                })
-                .collect(),
+            flags: frontier.map(|of| format_flags(&of.flags)).collect(),
+            details: details.collect(),
             own_command: command.base,
             effects: assess_effects(&loaded.scene, settings),
             display: Display::from_render(&loaded.scene.render),
@@ -155,6 +156,7 @@ impl<'a> AccuracyDocument<'a> {
             recommendation,
             own_command,
             flags,
+            details,
             report,
             effects,
             display,
@@ -167,6 +169,7 @@ impl<'a> AccuracyDocument<'a> {
             recommendation,
             own_command,
             flags,
+            details,
             report,
             effects,
             display: *display,
@@ -220,7 +223,7 @@ fn describe_conditions(
         ),
         format!(
             "reference picture{}: double precision (f64), the most exact rung of every ladder that is fast enough, {} samples a pixel; standard error {}",
-            if reference.kept {
+            if reference.reused {
                 " (of an earlier run)"
             } else {
                 ""

@@ -54,7 +54,7 @@ pub fn run(mut session: Session, args: &AccuracyArgs) -> Result<(), Failure> {
     let document = measured.document(&flags, &loaded, session.run(rayon::current_num_threads));
     // The measurement is worth reporting even if the reference cannot be written.
     let reference_result = kept
-        .filter(|_| !measured.report.reference.kept && !is_stopped)
+        .filter(|_| !measured.report.reference.reused && !is_stopped)
         .map_or(Ok(()), |path| {
             let free = session.outputs.beside(&loaded.inputs);
             reference::write_reference(path, used_reference, &loaded, free)?;

@@ -6,6 +6,7 @@ use raywright_io::report::{
     format_budget, format_duration, format_significant_digits, format_uncertain,
 };
 
+use crate::commands::render::messages::unknown_error_reason;
 use crate::origin::quote_for_shell;
 
 /// Command line of `render` for a scene, in two parts: the part common to all settings, and the
@@ -104,14 +105,9 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
         same_error,
         biased,
     } = &report.recommendations;
-    let advice = |advice: &Option<Recommendation>, ratio: f64, what: &str, none: &str| match advice
-    {
+    let advice = |advice: &Option<Recommendation>, what: &str, none: &str| match advice {
         Some(advice) => {
-            let doubt = if advice.error.high > ratio {
-                "Probably "
-            } else {
-                ""
-            };
+            let doubt = if advice.certain { "" } else { "Probably " };
             let what = format!("{doubt}{what}");
             let (first, rest) = what.split_at(1);
             let first = first.to_uppercase();
@@ -119,19 +115,16 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
         }
         None => format!(" No setting is known to have {none}."),
     };
-    let mut text = format!("Setting in use: error {}, {time}.", format_error(measured));
-    text += &advice(
-        half_the_error,
-        SURE_HALF,
-        "half the error",
-        "half the error",
+    let reason = report.doubt.filter(|_| !error.is_known());
+    let reason = reason.map(|doubt| format!(" ({})", unknown_error_reason(doubt)));
+    let mut text = format!(
+        "Setting in use: error {}{}, {time}.",
+        format_error(measured),
+        reason.unwrap_or_default()
     );
-    text += &advice(
-        same_error,
-        SURE_SAME,
-        "the same error",
-        "the same error in clearly less time",
-    );
+    text += &advice(half_the_error, "half the error", "half the error");
+    let none = "the same error in clearly less time";
+    text += &advice(same_error, "the same error", none);
     if let Some(biased) = biased {
         let light = 100.0 * (biased.measured.errors.light.value - 1.0);
         text += &format!(
@@ -139,7 +132,7 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
             format_advice(biased, command)
         );
     }
-    if let Some(seconds) = report.needs {
+    if let Some(seconds) = report.sufficient_budget {
         text += &format!(
             " What is not known, `--budget {}` would probably make known.",
             format_budget(seconds)
@@ -147,11 +140,6 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
     }
     text
 }
-
-/// Ratios of root errors below which the upper end of an interval makes half the error, and the same
-/// error, certain: those of 4.3 and of 1.1 times the noise.
-const SURE_HALF: f64 = 0.6;
-const SURE_SAME: f64 = 1.05;
 
 /// Formats the error of a measured setting (root relMSE) with its interval.
 fn format_error(measured: &MeasuredSetting) -> String {
@@ -239,6 +227,7 @@ mod tests {
                 flags: words(&[flag]),
                 time: value_of(time),
                 error: value_of(ratio),
+                certain: ratio < 0.9,
                 measured,
             })
         };
@@ -256,7 +245,7 @@ mod tests {
             )
         );
         report.recommendations = Recommendations::default();
-        report.needs = Some(61.0);
+        report.sufficient_budget = Some(61.0);
         report.own.errors.relmse.low = 0.004;
         assert_eq!(
             format_recommendation(&report, &command),

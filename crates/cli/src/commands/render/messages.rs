@@ -564,7 +564,7 @@ fn format_error_measures(of: &Uncertainty) -> String {
 }
 
 /// Describes why a picture has no reliable error estimate.
-fn unknown_error_reason(doubt: EstimateDoubt) -> &'static str {
+pub fn unknown_error_reason(doubt: EstimateDoubt) -> &'static str {
     match doubt {
         EstimateDoubt::NearlyBlack => "the picture is nearly black",
         EstimateDoubt::FewSamples => "the samples are too few for an estimate",

@@ -137,7 +137,7 @@ fn noise_is_no_change() {
         ..Picture::new(1, 1)
     };
     let (zero, others) = (picture(0.0), [1.0, 2.0, 3.0].map(picture));
-    let pairs: Vec<(&Picture, &Picture)> = others.iter().map(|other| (other, &zero)).collect();
+    let pairs = others.map(|other| [other, zero.clone()]);
     assert!((rms_difference_of_mean_pictures(&pairs) - (4.0_f64 - 1.0 / 3.0).sqrt()).abs() < 1e-12);
     assert_eq!(rms_difference_of_mean_pictures(&pairs[..1]), 1.0);
 }

@@ -129,13 +129,17 @@ fn times_are_what_the_clock_says() {
             "{n}: {light}"
         );
     }
-    for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
-        let cost = price.rung_cost.as_ref().expect("time");
-        assert_eq!(
-            (cost.preparing.median, cost.ratio.median, cost.same_bits),
-            (0.0, 1.0, true)
-        );
-        near(cost.seconds.median, 32e-6);
+    let priced: Vec<&RungReport> = ["build", "accelerator"]
+        .into_iter()
+        .flat_map(|ladder| rungs(&report, ladder))
+        .collect();
+    assert_eq!(priced.len(), 5);
+    for rung in priced {
+        let (cost, measured) = (rung.cost.as_ref(), rung.measured.as_ref());
+        let (cost, measured) = (cost.expect("time"), measured.expect("time"));
+        assert_eq!((cost.preparing, cost.same_bits), (0.0, true));
+        near(measured.ratio.value, 1.0);
+        near(measured.seconds.value, 32e-6);
     }
     near(
         report.reference.seconds,
@@ -185,8 +189,9 @@ fn a_slower_machine_makes_no_rung_slow() {
     }
 }
 
-/// Protects: a small scene is measured at its own size on the whole picture, with a picture of each
-/// setting beside that of the reference.
+/// Protects: a small scene is measured at its own size on the whole picture, which the page shows with
+/// its setting in use, the recommended one and the exact one. Paths of four segments show less light
+/// than exact ones.
 #[test]
 fn small_scenes_are_measured_as_they_are() {
     let report = measured_by(MICROSECOND_A_RAY, &mut ());
@@ -194,17 +199,42 @@ fn small_scenes_are_measured_as_they_are() {
         (report.size, report.tiles.measured, report.tiles.all),
         ([4, 2], 1, 1)
     );
-    let names: Vec<&str> = report
-        .pictures
-        .iter()
-        .map(|shown| shown.name.as_str())
-        .collect();
-    assert_eq!(names[..3], ["reference", "as it is", "samples=4"]);
-    let rungs = report.ladders.iter().flat_map(|ladder| &ladder.rungs);
-    assert_eq!(names.len(), 2 + rungs.filter(|rung| !rung.in_use).count());
-    let is_small =
-        |shown: &super::super::ReportPicture| (shown.picture.width, shown.picture.height) == (4, 2);
-    assert!(report.pictures.iter().all(is_small));
+    let pictures = report.pictures;
+    assert_eq!((pictures.whole.width, pictures.whole.height), (4, 2));
+    let [first, .., last] = &pictures.details[..] else {
+        panic!("{} pictures", pictures.details.len())
+    };
+    assert!(first.flags.is_empty() && first.measured.is_some() && last.measured.is_none());
+    assert_eq!(first.picture, pictures.whole);
+    assert!(last.picture.rgb[0][0] > 1.03 * first.picture.rgb[0][0]);
+}
+
+/// Protects: the magnified part of a picture shows an object, never the sky beside it, whatever the
+/// sky's own noise.
+#[test]
+fn the_magnified_part_shows_an_object() {
+    let mut scene = lamp();
+    // A sphere of the sky's own radiance has no noise, and a sun on the other side has.
+    let sphere =
+        r#"{"shape": {"sphere": {"centre": [1.5, -1.2, -0.5], "radius": 0.4}}, "material": "g"}"#;
+    let glow = r#"{"name": "g", "model": {"classic": {"local": 0, "emission": 0.2}}}"#;
+    let sky = r#"{"gradient": {"bottom": [0.2, 0.2, 0.2], "top": [0.2, 0.2, 0.2], "suns":
+        [{"direction": [-0.3, -0.39, -0.94], "colour": [1, 1, 1], "weight": 50, "exponent": 50000}]}}"#;
+    scene.objects = vec![serde_json::from_str(sphere).expect("an object")];
+    scene.materials = vec![serde_json::from_str(glow).expect("a material")];
+    scene.sky = serde_json::from_str(sky).expect("a sky");
+    let settings = Settings {
+        size: [256, 192],
+        ..path_settings(&scene)
+    };
+    with_study(&scene, &settings, |study| {
+        study.look_at_picture().expect("a picture");
+        let [x, y] = [
+            study.detail.x + study.detail.width / 2,
+            study.detail.y + study.detail.height / 2,
+        ];
+        assert!(x > 128 && y > 96, "{:?}", study.detail);
+    });
 }
 
 /// Protects: the error of the setting in use is the claim that a render of it states, more samples
@@ -289,8 +319,8 @@ fn rungs_without_a_picture_are_left_out() {
             .position(|job| job.setting == setting)
             .expect("a job");
         assert!(!is_done(study, &jobs, at));
-        study.table.push(Trial::too_long(setting.clone()));
-        assert!(is_done(study, &jobs, at) && Figures::new(study).summarise(&setting).is_none());
+        study.table.push(Trial::too_long(jobs[at].clone()));
+        assert!(is_done(study, &jobs, at) && Figures { study }.summarise(&setting).is_none());
     });
     // Wherever the storage origin is, one of the two objects is far from it.
     for [min, max] in [
@@ -383,11 +413,14 @@ fn measured_in(
     (report.map(|(report, _)| report), clock.seconds())
 }
 
-/// Rungs with figures, each with its number of tiles.
+/// Rungs with figures, each with the number of tiles.
 fn known(report: &AccuracyReport) -> Vec<(String, usize)> {
     let rung = |ladder: &LadderReport, rung: &RungReport| {
-        let measured = rung.measured.as_ref()?;
-        Some((format!("{}={}", ladder.ladder, rung.rung), measured.tiles))
+        rung.measured.as_ref().filter(|_| rung.cost.is_none())?;
+        Some((
+            format!("{}={}", ladder.ladder, rung.rung),
+            report.tiles.measured,
+        ))
     };
     let ladders = report.ladders.iter();
     ladders
