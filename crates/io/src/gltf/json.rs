@@ -11,7 +11,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::material_table::find_property;
+use super::extensions::find_property;
 use crate::import::sanitise_text;
 
 /// Largest magnitude up to which f64 represents every integer: 2⁵³.

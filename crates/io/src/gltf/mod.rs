@@ -24,13 +24,11 @@ mod json;
 mod keyframes;
 mod light;
 mod material;
-mod material_table;
 mod mesh;
 mod model_choice;
 mod node_contents;
 mod nodes;
 mod objects;
-mod specular_glossiness;
 mod texture;
 mod vertices;
 
@@ -48,8 +46,7 @@ use animation::AnimatedTransform;
 use buffers::Buffers;
 use deform::{DeformationKey, SkinsByIndex};
 use document::Document;
-use material::ConvertedMaterial;
-use specular_glossiness::RoughnessTextures;
+use material::{ConvertedMaterial, RoughnessTextures};
 
 use crate::folder::Folder;
 use crate::image_decode_queue::{ImageDecodeQueue, drop_missing_images};

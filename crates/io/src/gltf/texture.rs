@@ -12,7 +12,7 @@ use raywright_core::validate::MAX_COORDINATE;
 use super::GltfImport;
 use super::buffers::find_entry;
 use super::entries::{ImageEntry, TextureEntry, TextureInfo, TextureSampler, TextureTransform};
-use super::material_table::TextureRole;
+use super::extensions::TextureRole;
 use crate::import::{Fault, FaultPlace, ImportResult, catch_invalid_input};
 use crate::{image_file, uri};
 

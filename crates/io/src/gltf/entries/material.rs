@@ -7,7 +7,7 @@ use serde::de::{DeserializeSeed, Error, IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
-use super::super::material_table::{CORE, MaterialObject, find_material_object, find_property};
+use super::super::extensions::{CORE, MaterialObject, find_material_object, find_property};
 
 required_entries! {
     /// Reference of a material to a texture.
@@ -44,7 +44,7 @@ entries! {
 }
 
 /// A material: the numbers and textures that the file states, by names of object and property in
-/// the [table](super::super::material_table).
+/// the [table](super::super::extensions).
 #[derive(Debug, Default)]
 pub(in crate::gltf) struct MaterialEntry {
     pub name: Option<String>,
