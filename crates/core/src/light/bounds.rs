@@ -56,6 +56,11 @@ impl LightBounds {
         }
     }
 
+    /// Returns flux over greatest intensity of a surface, divided by π: 1 if flat, 4 if curved.
+    pub fn flux_per_intensity(&self) -> f64 {
+        if self.normal_angle > 0.0 { 4.0 } else { 1.0 }
+    }
+
     /// Whether the light may emit in a unit direction.
     pub fn may_emit(&self, direction: DVec3) -> bool {
         let widest = self.normal_angle + self.emission_angle;

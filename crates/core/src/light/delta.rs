@@ -186,30 +186,33 @@ impl<R: Real> DeltaLight<R> {
     /// light is that through a disc of radius `reach`. The flux of a light without falloff is that
     /// through a sphere of radius `reach`.
     pub fn power(&self, reach: f64) -> f64 {
-        let colour = self.colour.to_f64();
-        let across = |fade: &DistanceFalloff<R>| {
-            if fade.inverse_square {
-                1.0
-            } else {
-                reach * reach
-            }
-        };
-        let share = match &self.kind {
+        let spread = match &self.kind {
             DeltaLightKind::Directional { .. } => PI * reach * reach,
-            DeltaLightKind::Point { fade, .. } => 2.0 * TAU * across(fade),
+            DeltaLightKind::Point { .. } => 2.0 * TAU,
             // Full strength within the inner angle; the squared falloff of the edge up to the outer
             // angle integrates to a third.
-            DeltaLightKind::Spot {
-                fade,
-                scale,
-                offset,
-                ..
-            } => {
+            DeltaLightKind::Spot { scale, offset, .. } => {
                 let (edge, outer) = (1.0 / scale.to_f64(), -offset.to_f64() / scale.to_f64());
-                TAU * ((1.0 - outer - edge).max(0.0) + edge / 3.0) * across(fade)
+                TAU * ((1.0 - outer - edge).max(0.0) + edge / 3.0)
             }
         };
-        (colour.x + colour.y + colour.z) * share
+        self.intensity(reach) * spread
+    }
+
+    /// Returns the greatest intensity of a point or spot light, summed over the three channels, and
+    /// the irradiance of a directional light. The intensity of a light without falloff is that of
+    /// one with falloff that is as bright at the distance `reach`.
+    pub fn intensity(&self, reach: f64) -> f64 {
+        let colour = self.colour.to_f64();
+        let factor = match &self.kind {
+            DeltaLightKind::Point { fade, .. } | DeltaLightKind::Spot { fade, .. }
+                if !fade.inverse_square =>
+            {
+                reach * reach
+            }
+            _ => 1.0,
+        };
+        (colour.x + colour.y + colour.z) * factor
     }
 
     /// Returns the bounds of positions and directions; `None` for a directional light.

@@ -2,12 +2,14 @@
 //! their power. All other lights are chosen by a tree over positions and directions. Up to a
 //! hundred thousand lights, their number hardly affects time and noise.
 
+use core::f64::consts::PI;
+
 use raywright_bvh::{Real, Vector};
 
 use super::cdf::{entry_probability, push_cdf, sample_index};
 use super::lanes::{LANES, LaneColumn, LightChoices, ReceivingPointLanes, get_lane_vector};
 use super::tree::{LightLeaf, LightTree, ReceivingPoint};
-use super::{LightId, Lights};
+use super::{LightBounds, LightId, Lights};
 
 /// Sampler that chooses one light for a surface point, in proportion to the lights' estimated
 /// contributions.
@@ -45,7 +47,7 @@ impl LightSampler {
                 (Some(bounds), _) if shines => near.push(LightLeaf {
                     light: id,
                     bounds,
-                    power,
+                    intensity: lights.intensity(id, &bounds),
                 }),
                 (None, LightId::Delta(_) | LightId::Sky) if lights.emits_from_infinity(id) => {
                     far.push(id);
@@ -190,6 +192,14 @@ impl LightSampler {
 }
 
 impl<R: Real> Lights<R> {
+    /// Returns the greatest intensity of a nearby light times π, summed over the three channels.
+    fn intensity(&self, light: LightId, bounds: &LightBounds) -> f64 {
+        match light {
+            LightId::Delta(i) => PI * self.delta[i as usize].intensity(self.scene_radius),
+            _ => self.power(light) / bounds.flux_per_intensity(),
+        }
+    }
+
     /// Whether an infinitely distant light has any radiance.
     fn emits_from_infinity(&self, light: LightId) -> bool {
         match light {

@@ -1,7 +1,7 @@
 //! Tree over lights with a position, for sampling lights by their estimated contribution
 //! ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty Estevez, Kulla 2018;
 //! "Physically Based Rendering", 4th edition, 12.6.3). Each node bounds positions, directions and
-//! power of its lights, and so the light that may arrive at a point.
+//! intensity of its lights, and so the light that may arrive at a point.
 //!
 //! A node has up to eight children. A binary tree would have three times as many levels, and each
 //! level costs a memory latency and a mispredicted branch.
@@ -23,8 +23,9 @@ use super::{LightBounds, LightId};
 pub(super) struct LightLeaf {
     pub light: LightId,
     pub bounds: LightBounds,
-    /// Positive and finite.
-    pub power: f64,
+    /// Greatest intensity times π, summed over the three channels. Intensity and not power: of two
+    /// lights of one power, a spot is brighter in its cone than a point. Positive and finite.
+    pub intensity: f64,
 }
 
 /// A receiving point: a surface point for which a light is sampled.
@@ -43,7 +44,7 @@ enum LightTreeChild {
     Light(LightId),
 }
 
-/// Tree of lights by position, direction and power.
+/// Tree of lights by position, direction and intensity.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightTree {
     top: Option<LightTreeChild>,
@@ -57,7 +58,7 @@ impl LightTree {
     /// index of the child within the parent.
     const TOP: u32 = u32::MAX - 1;
 
-    /// Builds the tree over lights of positive power. Calls `place` with each light and its slot.
+    /// Builds the tree over lights of positive intensity. Calls `place` with each light and its slot.
     pub fn new(mut leaves: Vec<LightLeaf>, mut place: impl FnMut(LightId, u32)) -> Self {
         let mut tree = Self::default();
         // Groups of lights whose nodes are not built yet, with their slots.

@@ -150,8 +150,8 @@ fn many_lights_anywhere() {
 }
 
 /// Protects: a point light is sampled equally from below and above, a spot equally at the edge and
-/// in the middle of its cone, and never beyond the cone; the nearer of two lights is sampled in
-/// proportion to its contribution.
+/// in the middle of its cone, as a point of its intensity, and never beyond the cone; the nearer of
+/// two lights is sampled in proportion to its contribution.
 #[test]
 fn points_and_spots_shine_evenly() {
     let light = |kind| {
@@ -221,4 +221,8 @@ fn points_and_spots_shine_evenly() {
         0.0,
     );
     is(share(vec![aside, spot(DVec3::NEG_Z, DVec3::NEG_Z)]), 1.0);
+    is(
+        share(vec![spot(DVec3::Z, DVec3::NEG_Z), point(DVec3::X)]),
+        0.5,
+    );
 }

@@ -25,14 +25,14 @@ fn compare_up_to_rounding(a: f64, b: f64) -> Ordering {
     }
 }
 
-/// Summed bounds and power of a group of lights.
+/// Summed bounds and intensity of a group of lights.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightCluster {
     pub bounds: LightBounds,
-    pub power: f64,
+    pub intensity: f64,
 }
 
-/// A group of lights: a range of leaves, with its bounds and power.
+/// A group of lights: a range of leaves, with its bounds and intensity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LeafGroup {
     start: usize,
@@ -103,12 +103,12 @@ impl LightCluster {
     fn from_leaves(leaves: &[LightLeaf]) -> Self {
         let first = Self {
             bounds: leaves[0].bounds,
-            power: leaves[0].power,
+            intensity: leaves[0].intensity,
         };
         leaves[1..].iter().fold(first, |sum, leaf| {
             sum.union(&Self {
                 bounds: leaf.bounds,
-                power: leaf.power,
+                intensity: leaf.intensity,
             })
         })
     }
@@ -123,11 +123,11 @@ impl LightCluster {
         };
         Self {
             bounds,
-            power: self.power + other.power,
+            intensity: self.intensity + other.intensity,
         }
     }
 
-    /// Returns the cost of a group: power · solid angle of emission · surface area of its box
+    /// Returns the cost of a group: intensity · solid angle of emission · surface area of its box
     /// (equation 1 of the source named above).
     fn cost(&self) -> f64 {
         let LightBounds {
@@ -147,7 +147,7 @@ impl LightCluster {
         let e = space.extent();
         // The term of the squared length separates groups of points, whose boxes have no surface.
         let surface = e.x * e.y + e.y * e.z + e.z * e.x + e.length_squared() * 1e-3;
-        self.power * (cap + rim) * surface
+        self.intensity * (cap + rim) * surface
     }
 }
 
@@ -221,7 +221,7 @@ fn split_group(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usi
         for leaf in leaves.iter() {
             let one = LightCluster {
                 bounds: leaf.bounds,
-                power: leaf.power,
+                intensity: leaf.intensity,
             };
             let slot = &mut bins[bin(leaf, axis)];
             *slot = Some(slot.map_or(one, |sum| sum.union(&one)));

@@ -2,7 +2,7 @@
 //! computed in `f32` without branches: the compiler vectorises the loop.
 //!
 //! Building a node avoids the limits of the range of `f32`. Positions are relative to the node's
-//! centre in units of its size; powers are fractions of the node's power. Radii and cosines are
+//! centre in units of its size; intensities are fractions of the node's. Radii and cosines are
 //! enlarged to cover rounding: no light that may arrive is excluded.
 
 use core::f64::consts::PI;
@@ -23,7 +23,7 @@ const MARGIN: f32 = 4e-6;
 const SLACK: f32 = 2e-6;
 /// Bound on the rounding error of a position, in units of the node's radius.
 const MOVED: f64 = 5e-7;
-/// Least fraction of a child's power in the power of its node: no product of fractions, cosines and
+/// Least fraction of a child's intensity in that of its node: no product of fractions, cosines and
 /// distances underflows `f32`.
 const FAINTEST: f64 = 1e-20;
 /// Distance in units of the node's radius from which on point and node are scaled down together:
@@ -31,7 +31,7 @@ const FAINTEST: f64 = 1e-20;
 const FAR: f64 = 1e3;
 
 /// A node of the light tree: eight children, each a light or a node. A missing child has zero
-/// power.
+/// intensity.
 #[derive(Clone, Debug)]
 pub(super) struct LightNode {
     centre: DVec3,
@@ -58,8 +58,8 @@ pub(super) struct LightNode {
     /// Cosine of each child's greatest angle between a normal and a direction of emission, less
     /// [`MARGIN`].
     emission: [f32; WIDTH],
-    /// Power of each child as a fraction of the node's power.
-    power: [f32; WIDTH],
+    /// Intensity of each child as a fraction of the node's.
+    intensity: [f32; WIDTH],
 }
 
 /// Returns the greater number, or `b` if either is NaN. This takes a single instruction; `f32::max`
@@ -121,13 +121,13 @@ impl LightNode {
             sin_normals: none,
             cos_normals: none,
             emission: none,
-            power: none,
+            intensity: none,
         }
     }
 
     /// Sets the child in a lane: a group of lights within `whole`, the group of the node.
     pub fn set_child(&mut self, lane: usize, group: &LightCluster, whole: &LightCluster) {
-        let LightCluster { bounds, power } = group;
+        let LightCluster { bounds, intensity } = group;
         let (middle, radius) = bounding_sphere(group);
         let position = ((middle - self.centre) * self.inverse).as_vec3();
         [self.x[lane], self.y[lane], self.z[lane]] = position.to_array();
@@ -138,7 +138,7 @@ impl LightNode {
         (self.sin_normals[lane], self.cos_normals[lane]) =
             (libm::sin(widest) as f32, libm::cos(widest) as f32);
         self.emission[lane] = libm::cos(bounds.emission_angle.clamp(0.0, PI)) as f32 - MARGIN;
-        self.power[lane] = (power / whole.power).max(FAINTEST) as f32;
+        self.intensity[lane] = (intensity / whole.intensity).max(FAINTEST) as f32;
     }
 
     /// Returns a receiving point in the node's space.
@@ -193,7 +193,7 @@ impl LightNode {
         let mut importances = [[0.0; N]; WIDTH];
         for (i, importances) in importances.iter_mut().enumerate() {
             // A missing child has no importance.
-            if self.power[i] == 0.0 {
+            if self.intensity[i] == 0.0 {
                 continue;
             }
             for (k, importance) in importances.iter_mut().enumerate() {
@@ -253,7 +253,7 @@ impl LightNode {
         let (leaving, arriving) = (beyond + ball, facing + ball);
         let cosines =
             approximate_mean_cosine(beyond, leaving) * approximate_mean_cosine(facing, arriving);
-        let sent = self.power[i] * cosines * (inverse * inverse);
+        let sent = self.intensity[i] * cosines * (inverse * inverse);
         let lit = (leaving > self.emission[i]) & (arriving > -MARGIN);
         if lit { sent } else { 0.0 }
     }

@@ -23,10 +23,10 @@ fn unit(i: u64) -> DVec3 {
 
 /// A tree and the slot of each of its lights.
 fn tree(bounds: impl Iterator<Item = (LightBounds, f64)>) -> (LightTree, Vec<u32>) {
-    let leaf = |(i, (bounds, power))| LightLeaf {
+    let leaf = |(i, (bounds, intensity))| LightLeaf {
         light: LightId::Emitter(i as u32),
         bounds,
-        power,
+        intensity,
     };
     let leaves: Vec<LightLeaf> = bounds.enumerate().map(leaf).collect();
     let mut places = vec![LightTree::NONE; leaves.len()];
@@ -185,7 +185,7 @@ fn points_together_draw_as_each_alone() {
 }
 
 /// Protects: where all lights can contribute, their probabilities sum to one: at any number, at one
-/// position, at distances with squares or differences beyond `f32`, at powers with shares beyond
+/// position, at distances with squares or differences beyond `f32`, at intensities with shares beyond
 /// it, and far from the origin.
 #[test]
 fn probabilities_sum_to_one_at_any_scale() {
@@ -205,16 +205,16 @@ fn probabilities_sum_to_one_at_any_scale() {
             DVec3::new(1e9, -1e9, 1e9) + light_position(i) * 1e-3
         }),
     ];
-    let powers: [fn(u64) -> f64; 2] = [
+    let intensities: [fn(u64) -> f64; 2] = [
         |i| 0.5 + number(i),
         |i| [1e-100, 1e-30, 1.0, 1e30, 1e300][(i % 5) as usize],
     ];
-    for ((name, at), power) in spreads
+    for ((name, at), intensity) in spreads
         .iter()
-        .flat_map(|spread| powers.map(|power| (*spread, power)))
+        .flat_map(|spread| intensities.map(|intensity| (*spread, intensity)))
     {
         for count in [1, 2, 7, 8, 9, 65, 700] {
-            let (tree, places) = tree((0..count).map(|i| (round(at(i), 0.0), power(i))));
+            let (tree, places) = tree((0..count).map(|i| (round(at(i), 0.0), intensity(i))));
             let away = [0.0, 1e-12, 1e-6, 1e-3, 1.0, 1e3, 1e9, 1e15]
                 .map(|distance| at(0) + unit(7) * distance);
             for from in away {
