@@ -65,6 +65,7 @@ impl CandidateMoments {
     }
 
     /// Returns the moments of the picture's row `y`.
+    #[inline(always)]
     fn moments_of_row(&self, y: usize) -> &[f64] {
         let length = MOMENTS * self.width;
         &self.moments[(y - self.first_row) * length..][..length]
