@@ -102,6 +102,7 @@ pub mod display;
 pub mod effects;
 pub mod expr;
 pub mod extent;
+pub mod fault;
 pub mod film;
 pub mod filter;
 pub mod framing;
@@ -135,6 +136,8 @@ pub mod stress;
 mod studio;
 pub mod suggest;
 mod texture;
+#[cfg(feature = "measure")]
+pub mod topology;
 pub mod validate;
 pub use affine::affine_from_steps;
 pub use dispatch::{

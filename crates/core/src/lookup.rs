@@ -5,7 +5,7 @@ use core::fmt;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Object, Scene, Texture};
+use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Object, Scene, Shape, Texture};
 
 /// Index of a scene's images, textures, materials and meshes by name. If two items have the same
 /// name, which validation refuses, the first is returned.
@@ -102,6 +102,14 @@ impl<'a> SceneLookup<'a> {
         self.images
             .index_of(name)
             .map(|index| &self.scene.images[index])
+    }
+
+    /// Returns the index of a shape's mesh; `None` for another shape.
+    pub(crate) fn mesh_index(&self, shape: &Shape) -> Option<usize> {
+        match shape {
+            Shape::Mesh(name) => self.meshes.index_of(name),
+            _ => None,
+        }
     }
 
     /// Returns the texture with this name.

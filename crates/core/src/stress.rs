@@ -6,7 +6,8 @@
 //! for storage. The checks report those faults too.
 //!
 //! ```
-//! use raywright_core::stress::{FindingCode, StressEffort, Severity, stress};
+//! use raywright_core::fault::{FaultKind, Severity};
+//! use raywright_core::stress::{StressEffort, stress};
 //! use raywright_core::{Scene, Settings};
 //!
 //! let scene: Scene = serde_json::from_str(r#"{
@@ -19,21 +20,17 @@
 //!     "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "paint" }]
 //! }"#)?;
 //! let summary = stress(&scene, &Settings::from_scene(&scene), &StressEffort::default(), &())?;
-//! assert!(summary.findings.iter().any(|finding| finding.code == FindingCode::EnergyMade && finding.severity == Severity::PictureWrong));
+//! assert!(summary.findings.iter().any(|finding| finding.kind == FaultKind::EnergyMade && finding.severity == Severity::PictureWrong));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod black;
 mod bodies;
 mod cameras;
 mod coplanar;
 mod duplicates;
 mod faces;
 mod facts;
-mod finding;
-mod light_noise;
 mod light_survey;
-mod light_tracer;
 mod lights;
 mod materials;
 mod meshes;
@@ -44,10 +41,8 @@ mod samples;
 mod session;
 mod sky;
 mod storage;
-mod stray;
 mod summary;
 mod textures;
-mod topology;
 mod views;
 
 use core::f64::consts::{PI, TAU};
@@ -58,20 +53,19 @@ use std::time::Instant;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use raywright_bvh::{Aabb, Hit, Interval, Ray, Real, Surface, Vector};
+use serde::Serialize;
 
 use crate::dispatch::{PreparedSceneTask, ReadyScene};
 use crate::observer::Observer;
 use crate::prepare::{PrepareError, PreparedScene};
 use crate::scene::{Material, MaterialModel, MeshData, Scene, Shape, SideRule, Sky};
 use crate::settings::{PrecisionChoice, Settings};
+use crate::topology::{CountAndFirst, SolidSummary};
 
-pub use finding::{
-    CheckRun, FindingCode, FindingSubject, Severity, StressFinding, count_with_unit, format_decimal,
-};
-
+use crate::fault::{Fault, FaultKind, Severity, Subject, format_decimal, format_metres, round_up};
+use FaultKind::*;
 use Severity::{Harmless, PictureWrong, SlowOrNoisy};
 use facts::{ObjectFacts, SceneFacts, hits_along_ray, unit_random};
-use finding::{CountAndFirst, format_metres, round_up};
 use ray_survey::{RayEvent, RaySurvey, Sighting};
 use views::CameraView;
 
@@ -95,7 +89,7 @@ impl Default for StressEffort {
 #[derive(Clone, Debug, PartialEq)]
 pub struct StressSummary {
     /// Findings, worst first. At most sixteen are kept for each pair of kind and severity.
-    pub findings: Vec<StressFinding>,
+    pub findings: Vec<Fault>,
     /// Number of further findings, beyond the sixteen that are kept for each pair of kind and
     /// severity.
     pub left_out: usize,
@@ -105,6 +99,8 @@ pub struct StressSummary {
     pub cameras: [usize; 2],
     /// Width and height of the picture to which the pixels of findings refer.
     pub size: [u32; 2],
+    /// Whether the meshes are closed, with size and volume. `None` without meshes.
+    pub solid: Option<SolidSummary>,
 }
 
 impl StressSummary {
@@ -116,6 +112,26 @@ impl StressSummary {
     /// Returns whether the time ran out before some check was complete.
     pub fn is_cut_short(&self) -> bool {
         self.checks.iter().any(CheckRun::is_cut_short)
+    }
+}
+
+/// Work of a check, planned and done.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct CheckRun {
+    /// Name of the check.
+    pub name: &'static str,
+    /// Name of the examined items, in the plural.
+    pub unit: &'static str,
+    /// Number of rays, samples or materials that were examined.
+    pub looked_at: u64,
+    /// Number of items to examine in total.
+    pub planned: u64,
+}
+
+impl CheckRun {
+    /// Returns whether fewer items than planned were examined.
+    pub fn is_cut_short(&self) -> bool {
+        self.looked_at < self.planned
     }
 }
 

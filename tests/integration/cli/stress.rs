@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use raywright::core::fault::{FaultKind, Severity};
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Sampling, Settings};
 use raywright::io::output::{PictureMetadata, write_exr};
 use raywright::io::{Input, LoadOptions, load, presets};
-use raywright::stress::{FindingCode, Severity, StressEffort, stress};
+use raywright::stress::{StressEffort, stress};
 use serde_json::Value;
 
 use crate::support::{ProgramRun, Sandbox, shared};
@@ -72,15 +73,15 @@ fn findings_are_told_in_words() {
     let at = |word: &str| text.find(word).unwrap_or_else(|| panic!("{word}:\n{text}"));
     let order = [
         "picture wrong\n",
-        "objects[2] `window` - open-body",
+        "object `window` - open-body",
         "slow or noisy\n",
-        "lights[0] `far` - light-misses-scene",
+        "light `far` - light-misses-scene",
         "harmless\n",
         "duplicate-object",
     ];
     assert!(order.map(at).is_sorted(), "{text}");
     assert!(
-        text.contains("materials[0] `white` - energy-made")
+        text.contains("material `white` - energy-made")
             && text.contains("faults.scene.toml:11:1")
             && text.contains("do: "),
         "{text}"
@@ -261,7 +262,7 @@ fn findings_are_told_to_programs_and_marked() {
         (&pane["severity"], &pane["about"], &pane["path"]),
         (
             &"picture-wrong".into(),
-            &"objects[2] `window`".into(),
+            &"object `window`".into(),
             &"objects[2]".into()
         )
     );
@@ -355,7 +356,7 @@ fn files_with_texels_that_are_no_light() {
     };
     assert_eq!(
         found.iter().map(of).collect::<Vec<_>>(),
-        [("image-not-light".into(), "images[0] `sky`".into(), 1.into())]
+        [("image-not-light".into(), "image `sky`".into(), 1.into())]
     );
 }
 
@@ -460,16 +461,15 @@ fn no_clean_model_is_wrong() {
     }
 }
 
-/// Protects: the documentation page names each kind of finding.
+/// Protects: the documentation page lists each kind of fault as the table of kinds describes it.
 #[test]
 fn every_finding_is_explained() {
     let page =
         std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/stress.md"))
             .expect("the page");
-    let missing: Vec<&str> = FindingCode::ALL
-        .iter()
-        .map(|code| code.name())
-        .filter(|name| !page.contains(&format!("`{name}`")))
-        .collect();
-    assert!(missing.is_empty(), "{missing:?}");
+    for kind in FaultKind::ALL {
+        let [severity, fault] = [kind.severity().description(), kind.description()];
+        let row = format!("| `{}` | {severity} | {fault} |", kind.name());
+        assert!(page.contains(&row), "{row}");
+    }
 }

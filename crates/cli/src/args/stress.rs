@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use raywright_core::fault::Severity;
 use raywright_core::scene::Integrator;
-use raywright_core::stress::Severity;
 
 use super::{ChoiceArgs, SceneArgs};
 use super::{Precision, names, values};

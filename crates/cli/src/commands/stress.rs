@@ -8,10 +8,9 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use raywright_core::display::Display;
+use raywright_core::fault::{Fault, Severity, Subject, count_with_unit};
 use raywright_core::settings::{Sampling, Settings};
-use raywright_core::stress::{
-    FindingSubject, Severity, StressEffort, StressFinding, StressSummary, count_with_unit, stress,
-};
+use raywright_core::stress::{StressEffort, StressSummary, stress};
 use raywright_io::output::{self, PictureMark, PictureMetadata};
 use raywright_io::{Error, LoadedScene};
 use serde_json::json;
@@ -144,20 +143,9 @@ fn write_marked_picture(
         ..RunObserver::with_stop_flag(stop)
     };
     let rendered = prepare_loaded(loaded, &settings, &watch)?.render(&watch);
-    let marks: Vec<PictureMark> = report
-        .findings
-        .iter()
-        .enumerate()
-        .filter_map(|(index, found)| finding_mark(index, found))
-        .collect();
-    let mut notes = Vec::new();
-    let unmarked = list_unmarked(report);
-    if !unmarked.is_empty() {
-        notes.push(format!("no mark: {}", unmarked.join(", ")));
-    }
-    let overlaid = group_overlaid_marks(report).into_iter();
-    notes.extend(overlaid.map(|numbers| format!("in one place: {}", numbers.join(", "))));
-    let note = notes.join("; ");
+    let findings = report.findings.iter().enumerate();
+    let marks: Vec<PictureMark> = findings.filter_map(finding_mark).collect();
+    let note = describe_marks(report);
     output::write_marked_picture(
         path,
         &rendered.picture,
@@ -169,7 +157,7 @@ fn write_marked_picture(
     Ok(())
 }
 
-fn finding_mark(index: usize, found: &StressFinding) -> Option<PictureMark> {
+fn finding_mark((index, found): (usize, &Fault)) -> Option<PictureMark> {
     let (pixel, _) = found.pixel.filter(|(_, camera)| *camera == 0)?;
     let colour = match found.severity {
         Severity::PictureWrong => [255, 70, 70],
@@ -190,12 +178,12 @@ fn format_json(
     report: &StressSummary,
     seconds: f64,
 ) -> String {
-    let path = |subject: FindingSubject| subject.scene_path(&loaded.scene);
-    let finding = |found: &StressFinding| {
+    let path = |subject: Subject| subject.scene_path(&loaded.scene);
+    let finding = |found: &Fault| {
         let own = path(found.subject);
         let others = found.others.iter().take(MOST_PATHS);
         json!({
-            "code": found.code,
+            "code": found.kind,
             "severity": found.severity,
             "about": found.subject.display_name(&loaded.scene),
             "path": own,
@@ -221,6 +209,7 @@ fn format_json(
         "scene_hash": loaded.hash.to_string(),
         "seed": settings.seed,
         "size": report.size,
+        "solid": report.solid,
         "cameras": report.cameras,
         "findings": report.findings.iter().map(finding).collect::<Vec<_>>(),
         "left_out": report.left_out,
@@ -231,12 +220,15 @@ fn format_json(
     }))
 }
 
-/// Returns groups of findings, by their numbers, whose marks overlap in the picture.
-fn group_overlaid_marks(report: &StressSummary) -> Vec<Vec<String>> {
+/// Returns a sentence about the marks of a picture: findings without a mark, and overlapping marks.
+fn describe_marks(report: &StressSummary) -> String {
     let radius = output::mark_radius(report.size);
-    let mut places: Vec<([f64; 2], Vec<String>)> = Vec::new();
-    let marks = report.findings.iter().enumerate();
-    for PictureMark { pixel, label, .. } in marks.filter_map(|(i, found)| finding_mark(i, found)) {
+    let (mut unmarked, mut places) = (Vec::new(), Vec::<([f64; 2], Vec<String>)>::new());
+    for (index, found) in report.findings.iter().enumerate() {
+        let Some(PictureMark { pixel, label, .. }) = finding_mark((index, found)) else {
+            unmarked.push((index + 1).to_string());
+            continue;
+        };
         let is_near = |(place, _): &&mut ([f64; 2], Vec<String>)| {
             (place[0] - pixel[0]).hypot(place[1] - pixel[1]) < radius
         };
@@ -245,15 +237,16 @@ fn group_overlaid_marks(report: &StressSummary) -> Vec<Vec<String>> {
             None => places.push((pixel, vec![label])),
         }
     }
-    let labels = places.into_iter().map(|(_, labels)| labels);
-    labels.filter(|labels| labels.len() > 1).collect()
-}
-
-/// Returns the numbers of the findings without a mark in the picture.
-fn list_unmarked(report: &StressSummary) -> Vec<String> {
-    let findings = report.findings.iter().enumerate();
-    findings
-        .filter(|&(index, found)| finding_mark(index, found).is_none())
-        .map(|(index, _)| (index + 1).to_string())
-        .collect()
+    let mut text = match (report.findings.is_empty(), unmarked.is_empty()) {
+        (true, _) => "nothing to mark".to_owned(),
+        (_, true) => "a mark at each finding".to_owned(),
+        (_, false) => format!(
+            "no mark for {}, whose positions the first camera does not see",
+            unmarked.join(", ")
+        ),
+    };
+    for (_, labels) in places.iter().filter(|(_, labels)| labels.len() > 1) {
+        text += &format!("; {} lie over each other", labels.join(", "));
+    }
+    text
 }

@@ -5,7 +5,7 @@ use super::{PreparedInPrecision, ReadyScene};
 use crate::effects::EffectReport;
 use crate::film::Film;
 use crate::memory::MemoryUse;
-use crate::prepare::{LightLeak, TableSizes, UnreachedLight, UnresolvedGap};
+use crate::prepare::{LightLeak, LightRays, TableSizes, UnresolvedGap};
 use crate::settings::Settings;
 
 impl ReadyScene {
@@ -39,12 +39,12 @@ impl ReadyScene {
         self.is_path_traced
     }
 
-    /// Returns the lights that contributed nothing to a film of this picture although many shadow
-    /// rays were traced to them. Either such a light is enclosed, or no random path has reached the
-    /// few places that it lights. Empty for pictures that are not path traced. Samples that the
+    /// Returns the numbers of shadow rays to the lights in a film of this picture. A light without
+    /// any arrival although many rays were traced to it is enclosed, or no random path has reached
+    /// the few places that it lights. Zero for pictures that are not path traced. Samples that the
     /// film read from a file do not count.
-    pub fn find_unreached_lights(&self, film: &Film) -> Vec<UnreachedLight> {
-        each!(&self.prepared, p => p.find_unreached_lights(film.light_usage()))
+    pub fn light_rays(&self, film: &Film) -> Vec<LightRays> {
+        each!(&self.prepared, p => p.light_rays(film.light_usage()))
     }
 
     /// Returns the pairs of objects between which the chosen precision closes a gap. Only gaps are

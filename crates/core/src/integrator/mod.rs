@@ -18,7 +18,6 @@ mod wireframe;
 pub(crate) use first_hit::FirstHit;
 use first_hit::PacketHits;
 pub(crate) use path_tracing::PathTracer;
-pub(crate) use path_tracing::media::MAX_MEDIA;
 pub(crate) use surface::PathSegment;
 pub(crate) use whitted::WhittedTracer;
 

@@ -1,4 +1,4 @@
-//! Usage of lights: numbers of shadow rays that found no light. A light enclosed on all sides is
+//! Usage of lights: numbers of shadow rays that found light, and that found none. A light enclosed on all sides is
 //! missing in the picture and in the picture's error estimate; only these counts reveal it. A lamp
 //! in a closed box is reported even if its enclosure is intended.
 
@@ -6,11 +6,8 @@ use raywright_bvh::Real;
 
 use super::{LightId, Lights};
 
-/// Marks a light that has reached a surface, in place of its number of blocked rays.
-const LIT: u32 = u32::MAX;
-
-/// Usage of lights: for each delta light and emitter the number of blocked shadow rays, until the
-/// light first reaches a surface.
+/// Usage of lights: for each delta light and emitter the numbers of blocked shadow rays and of rays
+/// by which light arrived.
 ///
 /// Each worker of a render has its own counts, and a film adds them. Shared counters would move
 /// between the workers' caches at every shadow ray. The counts affect no pixel. Their sum does not
@@ -18,7 +15,7 @@ const LIT: u32 = u32::MAX;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightUsage {
     deltas: usize,
-    blocked: Vec<u32>,
+    rays: Vec<[u32; 2]>,
 }
 
 impl LightUsage {
@@ -27,7 +24,7 @@ impl LightUsage {
         let (deltas, emitters) = (lights.delta.len(), lights.emitters.len());
         Self {
             deltas,
-            blocked: vec![0; deltas + emitters],
+            rays: vec![[0; 2]; deltas + emitters],
         }
     }
 
@@ -43,50 +40,38 @@ impl LightUsage {
     /// arrived.
     #[inline(always)]
     pub fn count_ray(&mut self, light: LightId, arrived: bool) {
-        let Some(stopped) = self
-            .counter_index(light)
-            .and_then(|index| self.blocked.get_mut(index))
-        else {
-            return;
-        };
-        *stopped = add_blocked_rays(*stopped, if arrived { LIT } else { 1 });
+        let index = self.counter_index(light);
+        if let Some(rays) = index.and_then(|index| self.rays.get_mut(index)) {
+            let count = &mut rays[usize::from(arrived)];
+            *count = count.saturating_add(1);
+        }
     }
 
     /// Adds another worker's counts of the same lights.
     pub fn add_worker_counts(&mut self, other: &Self) {
-        if self.blocked.is_empty() {
+        if self.rays.is_empty() {
             self.clone_from(other);
             return;
         }
-        self.blocked
-            .iter_mut()
-            .zip(&other.blocked)
-            .for_each(|(own, &other)| *own = add_blocked_rays(*own, other));
+        let counts = self.rays.as_flattened_mut().iter_mut();
+        counts
+            .zip(other.rays.as_flattened())
+            .for_each(|(own, &other)| *own = own.saturating_add(other));
     }
 
-    /// Returns the number of blocked shadow rays to a light; `None` once light arrived.
-    pub fn blocked_rays(&self, light: LightId) -> Option<u32> {
-        self.blocked
-            .get(self.counter_index(light)?)
-            .copied()
-            .filter(|&stopped| stopped != LIT)
+    /// Returns the numbers of rays to a light: of those that were blocked, and of those by which
+    /// light arrived.
+    pub fn ray_counts(&self, light: LightId) -> [u64; 2] {
+        let index = self.counter_index(light);
+        let rays = index.and_then(|index| self.rays.get(index));
+        rays.copied().unwrap_or_default().map(u64::from)
     }
 
     /// Estimates the bytes of all counts for a number of lights: a table for each worker of the
     /// current thread pool, and a table of their sum.
     pub fn estimate_bytes(lights: u64) -> u64 {
         let tables = rayon::current_num_threads() as u64 + 1;
-        lights.saturating_mul(size_of::<u32>() as u64 * tables)
-    }
-}
-
-/// Adds two numbers of blocked rays, saturating. The result is [`LIT`] if either argument is.
-#[inline(always)]
-fn add_blocked_rays(a: u32, b: u32) -> u32 {
-    if a == LIT || b == LIT {
-        LIT
-    } else {
-        a.saturating_add(b).min(LIT - 1)
+        lights.saturating_mul(size_of::<[u32; 2]>() as u64 * tables)
     }
 }
 
@@ -94,42 +79,31 @@ fn add_blocked_rays(a: u32, b: u32) -> u32 {
 mod tests {
     use super::*;
 
-    fn of(stopped: [u32; 2]) -> LightUsage {
+    fn of(delta: [u32; 2], lamp: [u32; 2]) -> LightUsage {
         LightUsage {
             deltas: 1,
-            blocked: stopped.into(),
+            rays: vec![delta, lamp],
         }
     }
 
     /// Protects: the counts of two workers add up in either order, also beyond the range of the
-    /// counter; light that one of them saw stays seen, and the sky is not counted.
+    /// counter, and the sky is not counted.
     #[test]
     fn workers_add_up() {
-        let (mut usage, lamp) = (of([0, 0]), LightId::Emitter(0));
+        let (mut usage, lamp) = (of([0; 2], [0; 2]), LightId::Emitter(0));
         (0..3).for_each(|_| usage.count_ray(lamp, false));
         usage.count_ray(LightId::Delta(0), true);
         usage.count_ray(LightId::Delta(0), false);
         usage.count_ray(LightId::Sky, true);
-        assert_eq!(usage.blocked, [LIT, 3]);
-        for (a, b, expected) in [
-            ([0, 3], [5, 4], [5, 7]),
-            ([LIT, 1], [2, LIT], [LIT; 2]),
-            ([LIT - 1, 1], [7, 0], [LIT - 1, 1]),
-        ] {
-            for (first, second) in [(a, b), (b, a)] {
-                let mut usage = LightUsage::default();
-                usage.add_worker_counts(&of(first));
-                usage.add_worker_counts(&of(second));
-                assert_eq!(usage.blocked, expected);
-            }
+        assert_eq!(usage.rays, [[1, 1], [3, 0]]);
+        let (most, few) = (of([u32::MAX - 1, 2], [3, 0]), of([7, 5], [4, 1]));
+        for (first, second) in [(&most, &few), (&few, &most)] {
+            let mut usage = LightUsage::default();
+            usage.add_worker_counts(first);
+            usage.add_worker_counts(second);
+            assert_eq!(usage.rays, [[u32::MAX, 7], [7, 1]]);
         }
-        assert_eq!(
-            [
-                usage.blocked_rays(lamp),
-                usage.blocked_rays(LightId::Delta(0)),
-                usage.blocked_rays(LightId::Sky)
-            ],
-            [Some(3), None, None]
-        );
+        let counts = [lamp, LightId::Sky].map(|light| usage.ray_counts(light));
+        assert_eq!(counts, [[3, 0], [0; 2]]);
     }
 }

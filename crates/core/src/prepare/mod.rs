@@ -37,7 +37,7 @@ use crate::scene::{self, Scene, Sky, Studio};
 use crate::settings::Settings;
 use crate::storage_origin::camera_relative_to;
 
-pub(crate) use collapsed_shapes::{find_collapsed_objects, round_to_scalar};
+pub(crate) use collapsed_shapes::find_collapsed_objects;
 use context::PrepareContext;
 pub use error::PrepareError;
 pub(crate) use error::check_cancelled;
@@ -55,7 +55,7 @@ use prepared_parts::PreparedParts;
 pub(crate) use prepared_scene::PreparedScene;
 pub(crate) use prepared_scene::PreparedSpawnRule;
 pub use prepared_scene::TableSizes;
-pub use unreached_lights::UnreachedLight;
+pub use unreached_lights::LightRays;
 pub use unresolved_gaps::UnresolvedGap;
 
 impl<R: Real> PreparedScene<R> {

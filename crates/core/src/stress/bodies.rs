@@ -2,11 +2,10 @@
 //! that start at surfaces.
 
 use super::facts::object_bounds;
-use super::finding::round_to_two_digits;
-use super::topology::Topology;
 use super::*;
-use crate::integrator::MAX_MEDIA;
+use crate::fault::round_to_two_digits;
 use crate::prepare::{LampRef, LightLeak, UnresolvedGap};
+use crate::topology::Topology;
 
 /// Share of the rays through an object above which a fault of the object shows in the picture.
 const SEEN: f64 = 0.02;
@@ -22,6 +21,8 @@ const SHADOWED: f64 = 0.01;
 const OF_ALL: f64 = 0.002;
 /// Least number of search rays that find a gap in front of all opaque surfaces for the gap to show.
 const FEWEST_GAP_RAYS: u32 = 3;
+/// Number of search rays for gaps, of a camera.
+const GAP_RAYS: f64 = 576.0;
 /// Thickness of glass that is resolved, as a share of the separation of two objects that is.
 const RESOLVED: f64 = 0.25;
 
@@ -38,23 +39,19 @@ fn sunk_glass_remedy(other: &str) -> String {
 
 impl SceneFacts<'_> {
     /// Returns the findings about bodies and surfaces. `gaps` holds the pairs whose closed gap is told.
-    pub fn check_bodies(
-        &self,
-        survey: &RaySurvey,
-        gaps: &BTreeSet<[usize; 2]>,
-    ) -> Vec<StressFinding> {
+    pub fn check_bodies(&self, survey: &RaySurvey, gaps: &BTreeSet<[usize; 2]>) -> Vec<Fault> {
         let events = survey.events.iter();
         let of_event = |(&event, at): (&RayEvent, &Sighting)| match event {
             RayEvent::Unbalanced(object) => self.open_body_finding(survey, object, at),
             RayEvent::FirstHit(object) => self
                 .hidden_side_finding(object, at)
                 .or_else(|| self.thin_glass_finding(object, at)),
-            RayEvent::ContactLost(pair) if gaps.contains(&sorted(pair)) => None,
+            RayEvent::ContactLost([a, b]) if gaps.contains(&[a.min(b), a.max(b)]) => None,
             RayEvent::ContactLost(pair) => self.lost_contact_finding(survey, pair, at),
             RayEvent::Coincident(pair) => self.flicker_finding(survey, pair, at),
             RayEvent::TwinShadow(pair) => self.twin_shadow_finding(survey, pair, at),
             RayEvent::SelfHit(object) => {
-                let finding = FindingCode::SelfHit.wrong(object,
+                let finding = SelfHit.fault(object,
                     "rays that start at this surface hit it again at their start, which shows as dark speckles",
                     "remove `classic.spawn` from the scene file, or set a larger `offset` in `classic.spawn`",
                 );
@@ -62,7 +59,7 @@ impl SceneFacts<'_> {
                 Some(finding.with_rays(at.count, survey.spawned_rays, predicate))
             }
             RayEvent::StartBehindSurface(object) => {
-                let finding = FindingCode::StartBeyondSurface.wrong(object,
+                let finding = StartBeyondSurface.fault(object,
                     "rays that start at this surface begin behind another surface, whose shadow and reflection are missing there",
                     "remove `classic.spawn` from the scene file, or set a smaller `offset` in `classic.spawn`",
                 );
@@ -73,8 +70,7 @@ impl SceneFacts<'_> {
             _ => None,
         };
         let of_event = |(event, at)| Some(of_event((event, at))?.with_place(at.position));
-        let mut findings: Vec<StressFinding> = events.filter_map(of_event).collect();
-        findings.extend(self.many_bodies_finding(survey));
+        let mut findings: Vec<Fault> = events.filter_map(of_event).collect();
         findings.extend(self.nested_glass_finding(survey));
         findings
     }
@@ -87,7 +83,7 @@ impl SceneFacts<'_> {
 
     /// Returns whether a body is closed by its shape. Of the meshes, those without open or
     /// inconsistent edges are.
-    fn is_closed_body(&self, object: &ObjectFacts<'_>) -> bool {
+    pub fn is_closed_body(&self, object: &ObjectFacts<'_>) -> bool {
         match (object.mesh, &object.object.shape) {
             (Some(_), _) => self.topology(object).is_none_or(Topology::is_closed),
             (_, Shape::Cylinder { caps, height, .. }) => *caps && height.is_some(),
@@ -104,12 +100,7 @@ impl SceneFacts<'_> {
 
     /// Returns the finding about a glass body that rays enter without leaving, or leave without
     /// entering. Meshes with open or inconsistent edges are left to the checks of meshes.
-    fn open_body_finding(
-        &self,
-        survey: &RaySurvey,
-        object: usize,
-        at: &Sighting,
-    ) -> Option<StressFinding> {
+    fn open_body_finding(&self, survey: &RaySurvey, object: usize, at: &Sighting) -> Option<Fault> {
         let body = &self.objects[object];
         let is_closed = self.is_closed_body(body);
         let edges_tell = body.mesh.is_some() && !is_closed;
@@ -143,20 +134,20 @@ impl SceneFacts<'_> {
             ),
         };
         let predicate = "enter it without leaving, or leave it without entering";
-        let finding = FindingCode::OpenBody.wrong(body.index, reason, remedy);
+        let finding = OpenBody.fault(body.index, reason, remedy);
         Some(finding.with_rays(at.count, all, predicate))
     }
 
     /// Returns the finding about glass of which `side` hides one side, so that rays enter it and
     /// never leave it, or the reverse.
-    fn hidden_side_finding(&self, object: usize, at: &Sighting) -> Option<StressFinding> {
+    fn hidden_side_finding(&self, object: usize, at: &Sighting) -> Option<Fault> {
         let body = self.seen_body(object, at)?;
         let hidden = match body.object.side {
             SideRule::Outside => "enter it and never leave it",
             SideRule::Inside => "leave it without entering it",
             SideRule::Both | SideRule::Culled => return None,
         };
-        let finding = FindingCode::OpenBody.wrong(body.index,
+        let finding = OpenBody.fault(body.index,
             format!("its `side` hides one side of this glass, so that rays {hidden}, and are bent and tinted wrongly"),
             "remove `side` from the object, or set `thin_walled` for its material, if it should be a pane without an inside",
         );
@@ -164,11 +155,11 @@ impl SceneFacts<'_> {
     }
 
     /// Returns the finding about closed glass that is thinner than rounding.
-    fn thin_glass_finding(&self, object: usize, at: &Sighting) -> Option<StressFinding> {
+    fn thin_glass_finding(&self, object: usize, at: &Sighting) -> Option<Fault> {
         let body = self.seen_body(object, at)?;
         let thickness = self.unresolved_thickness(body, at.position)?;
         let least = format_metres(round_up(self.min_separation_at(at.position)));
-        let finding = FindingCode::ClosedGap.wrong(body.index,
+        let finding = ClosedGap.fault(body.index,
             format!(
                 "this glass is only {} thick, too thin for the precision at that place: light that enters the glass misses its other side",
                 format_metres(thickness)
@@ -202,13 +193,13 @@ impl SceneFacts<'_> {
         survey: &RaySurvey,
         [glass, other]: [usize; 2],
         at: &Sighting,
-    ) -> Option<StressFinding> {
+    ) -> Option<Fault> {
         let all = survey.count(RayEvent::Crossed(glass));
         if at.count < 3 || (at.count as f64) < OPEN * all as f64 {
             return None;
         }
         let named = self.object_name(other);
-        let finding = FindingCode::ClosedGap.wrong(glass,
+        let finding = ClosedGap.fault(glass,
             format!("it touches {named}, and rays hit the glass alone, which is the first of the two in the file: light that leaves the glass there passes through {named}"),
             sunk_glass_remedy(&named),
         );
@@ -216,43 +207,8 @@ impl SceneFacts<'_> {
         Some(finding.with_rays(at.count, all, predicate))
     }
 
-    /// Returns the finding about the object that lies in the greatest number of other bodies, in a
-    /// scene with priorities, if a path does not know so many at once.
-    fn many_bodies_finding(&self, survey: &RaySurvey) -> Option<StressFinding> {
-        let beyond = survey.of(|event| match event {
-            RayEvent::BeyondMostBodies(object) => Some(object),
-            _ => None,
-        });
-        let (object, at) = beyond.into_iter().max_by_key(|(_, at)| at.count)?;
-        // Bodies that differ in their priority alone look like one.
-        let glass = |object: &ObjectFacts<'_>| {
-            let mut model = object.material?.1.model.clone();
-            if let MaterialModel::Physical(m) = &mut model {
-                m.priority = 0;
-            }
-            Some(model)
-        };
-        let own = glass(&self.objects[object]);
-        let mut bodies = self.objects.iter().filter(|o| o.is_body());
-        let all = survey.count(RayEvent::Crossed(object));
-        let is_few = at.count < 3 || (at.count as f64) < SEEN * all as f64;
-        if is_few || !self.has_priorities() || bodies.all(|other| glass(other) == own) {
-            return None;
-        }
-        let finding = FindingCode::NestedGlass.wrong(object,
-            format!("it lies inside {MAX_MEDIA} or more other bodies, but a path knows at most {MAX_MEDIA} bodies at once: the boundaries of the others do not bend or tint light"),
-            format!("let at most {MAX_MEDIA} bodies of glass overlap in one place"),
-        );
-        let predicate = "that enter it were already inside that many other bodies";
-        Some(
-            finding
-                .with_rays(at.count, all, predicate)
-                .with_place(at.position),
-        )
-    }
-
     /// Returns the finding about bodies of glass inside each other, in a scene without priorities.
-    fn nested_glass_finding(&self, survey: &RaySurvey) -> Option<StressFinding> {
+    fn nested_glass_finding(&self, survey: &RaySurvey) -> Option<Fault> {
         let mut nested = survey.of(|event| match event {
             RayEvent::Nested(pair) => Some(pair),
             _ => None,
@@ -300,8 +256,8 @@ impl SceneFacts<'_> {
         let reason = format!(
             "{place}{more}: each boundary then bends light as if there were air between the bodies"
         );
-        let subject = FindingSubject::Object(inner);
-        let finding = FindingCode::NestedGlass.finding(PictureWrong, subject, reason, remedy);
+        let subject = Subject::Object(inner);
+        let finding = NestedGlass.fault(subject, reason, remedy);
         let bodies = self.objects.iter().filter(|o| o.is_body()).count();
         let finding = match others.len() {
             0 => finding.with_rays(at.count, survey.count(RayEvent::Crossed(inner)), predicate),
@@ -312,8 +268,8 @@ impl SceneFacts<'_> {
                 "overlap another one",
             ),
         };
-        Some(StressFinding {
-            others: others.into_iter().map(FindingSubject::Object).collect(),
+        Some(Fault {
+            others: others.into_iter().map(Subject::Object).collect(),
             ..finding.with_place(at.position)
         })
     }
@@ -332,12 +288,12 @@ impl SceneFacts<'_> {
         survey: &RaySurvey,
         [a, b]: [usize; 2],
         at: &Sighting,
-    ) -> Option<StressFinding> {
+    ) -> Option<Fault> {
         let is_told = a > b || self.duplicates.are_duplicates([a, b]);
         let other = survey.events.get(&RayEvent::Coincident([b, a]));
         let other = other.filter(|_| !is_told && self.is_flickering_pair(survey, [a, b]))?;
         let apart = at.value.max(other.value);
-        let finding = FindingCode::FlickeringSurfaces.wrong(a,
+        let finding = FlickeringSurfaces.fault(a,
             format!(
                 "it lies in the same place as {}, at most {} away, so that rounding decides from ray to ray which of the two is seen",
                 self.object_name(b),
@@ -358,7 +314,7 @@ impl SceneFacts<'_> {
         survey: &RaySurvey,
         [a, b]: [usize; 2],
         at: &Sighting,
-    ) -> Option<StressFinding> {
+    ) -> Option<Fault> {
         let objects = BTreeSet::from([a, b]).into_iter();
         let all: u64 = objects.map(|o| survey.count(RayEvent::FirstHit(o))).sum();
         let is_seen = at.count >= 10 && at.count as f64 >= SHADOWED * all as f64;
@@ -380,7 +336,7 @@ impl SceneFacts<'_> {
                 format!("remove one of the two, or leave {least} or more between them{exact}"),
             ),
         };
-        let finding = FindingCode::FlickeringSurfaces.wrong(b,
+        let finding = FlickeringSurfaces.fault(b,
             format!("{place}, too close for the precision: where rays hit the lower one, it is in the shadow of the upper one, which shows as dark speckles"),
             remedy,
         );
@@ -404,16 +360,19 @@ impl SceneFacts<'_> {
     }
 
     /// Returns the findings about gaps beside glass that are lost when coordinates are rounded for
-    /// storage. Rays find a gap from either side.
-    pub fn gap_findings(&self, gaps: &[UnresolvedGap]) -> Vec<StressFinding> {
+    /// storage. Rays find a gap from either side. A gap that few of the rays through the glass find has
+    /// no visible effect.
+    pub fn gap_findings(&self, survey: &RaySurvey, gaps: &[UnresolvedGap]) -> Vec<Fault> {
         let mut pairs = BTreeSet::new();
         let finding = |gap: &UnresolvedGap| {
             let pair = [gap.object, gap.other].map(|object| self.facts_index(object as u32));
-            let is_new = pairs.insert([gap.object.min(gap.other), gap.object.max(gap.other)]);
+            let is_new = pairs.insert(self.sorted_pair([gap.object, gap.other]));
             if !is_new || self.duplicates.are_duplicates(pair) {
                 return None;
             }
-            let is_seen = gap.rays >= FEWEST_GAP_RAYS;
+            let through = survey.count(RayEvent::Crossed(pair[0])) as f64;
+            let found = f64::from(gap.rays) / GAP_RAYS * survey.rays as f64;
+            let is_seen = gap.rays >= FEWEST_GAP_RAYS && found >= OPEN * through;
             let end = if is_seen {
                 ""
             } else {
@@ -427,38 +386,30 @@ impl SceneFacts<'_> {
                 Some(opaque) => sunk_glass_remedy(&self.object_name(opaque)),
                 None => TOUCHING_GLASS_REMEDY.to_owned(),
             };
-            let finding = FindingCode::ClosedGap.finding(
-                Severity::if_seen(is_seen),
-                FindingSubject::Object(pair[0]),
+            let finding = ClosedGap.fault(
+                pair[0],
                 format!(
                     "it touches {}, or is less than {least} away from it, too close for the precision: light that leaves one of the two misses the surface of the other{end}",
                     self.object_name(pair[1])
                 ),
                 format!("if the two should touch, {touch}; if there should be air between them, leave {least} or more{}", self.or_reference()),
             );
-            Some(finding.with_place(gap.place))
+            Some(finding.if_seen(is_seen).with_place(gap.place))
         };
         gaps.iter().filter_map(finding).collect()
     }
 
-    /// Returns the lamp of a leak, and its cover.
-    pub fn leak_subjects(&self, leak: &LightLeak) -> (FindingSubject, usize) {
-        let lamp = match leak.lamp {
-            LampRef::Light(index) => FindingSubject::Light(index),
-            LampRef::Object(object) => FindingSubject::Object(self.facts_index(object as u32)),
-        };
-        (lamp, self.facts_index(leak.cover as u32))
+    /// Returns the lamp and the cover of a leak. `None` for a light without size.
+    pub fn leaking_pair(&self, leak: &LightLeak) -> Option<[usize; 2]> {
+        match leak.lamp {
+            LampRef::Light(_) => None,
+            LampRef::Object(object) => Some(self.sorted_pair([object, leak.cover])),
+        }
     }
 
-    /// Returns the finding about a lamp that shines through an opaque cover. `None` if both are in
-    /// one plane, where neither is in front.
-    pub fn leak_finding(&self, leak: &LightLeak) -> Option<StressFinding> {
-        let (lamp, cover) = self.leak_subjects(leak);
-        if let FindingSubject::Object(lamp) = lamp
-            && self.overlaps.gap_between([lamp, cover]) == Some(0.0)
-        {
-            return None;
-        }
+    /// Returns the finding about a lamp that shines through an opaque cover.
+    pub fn leak_finding(&self, leak: &LightLeak) -> Fault {
+        let cover = self.facts_index(leak.cover as u32);
         let reason = format!(
             "it is so close to {}, which is opaque, that the precision does not tell which of the two is in front: its light passes through that object, or the lamp itself is not seen",
             self.object_name(cover)
@@ -467,14 +418,8 @@ impl SceneFacts<'_> {
             "move it {} or more away from that object, to the side to which it should shine, or render with --precision reference",
             format_metres(round_up(leak.resolved_distance))
         );
-        let code = FindingCode::LightThroughCover;
-        Some(code.finding(PictureWrong, lamp, reason, remedy))
+        LightThroughCover.fault(self.lamp_subject(leak.lamp), reason, remedy)
     }
-}
-
-/// Returns a pair of objects in the order of the scene.
-pub(super) fn sorted([a, b]: [usize; 2]) -> [usize; 2] {
-    [a.min(b), a.max(b)]
 }
 
 /// Returns whether two objects are seen in turns, by the numbers of rays that hit each in the place

@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::camera::eye_and_axes;
-use crate::scene::{AlphaMode, AspectFit, Projection};
+use crate::scene::{AspectFit, Projection};
 
 /// Share of a camera's rays that begin inside a body from which on a lens in the body shows.
 const SHARE: f64 = 0.002;
@@ -16,7 +16,7 @@ const NEAR: f64 = 1e-3;
 
 impl SceneFacts<'_> {
     /// Returns the findings about the cameras. `surveys` holds the rays of each camera.
-    pub fn check_cameras(&self, surveys: &[RaySurvey]) -> Vec<StressFinding> {
+    pub fn check_cameras(&self, surveys: &[RaySurvey]) -> Vec<Fault> {
         let of_view = |(view, survey)| {
             let check = CameraCheck {
                 facts: self,
@@ -52,11 +52,11 @@ struct CameraCheck<'a> {
 impl CameraCheck<'_> {
     fn wrong(
         &self,
-        code: FindingCode,
+        kind: FaultKind,
         reason: impl Into<String>,
         remedy: impl Into<String>,
-    ) -> StressFinding {
-        code.finding(PictureWrong, self.view.subject, reason, remedy)
+    ) -> Fault {
+        kind.fault(self.view.subject, reason, remedy)
     }
 
     /// Returns whether the scene has objects without end.
@@ -66,7 +66,7 @@ impl CameraCheck<'_> {
 
     /// Returns the finding that the camera's rays hit nothing. Rays may pass through surfaces that
     /// are hidden from the camera's side.
-    fn nothing_seen_finding(&self) -> Option<StressFinding> {
+    fn nothing_seen_finding(&self) -> Option<Fault> {
         let (facts, survey) = (self.facts, self.survey);
         if survey.hits > 0 || facts.objects.is_empty() {
             return None;
@@ -78,7 +78,7 @@ impl CameraCheck<'_> {
         if let Some((object, at)) = backs.into_iter().max_by_key(|(_, at)| at.count) {
             let name = facts.object_name(object);
             let finding = self.wrong(
-                FindingCode::NothingSeen,
+                NothingSeen,
                 format!("no ray of this camera hits a visible side: the camera looks at {name} from the side that its `side` hides"),
                 format!("set `side = \"both\"` for {name} (in glTF: `doubleSided`), or move the camera to its other side (`pose`, or render with --eye)"),
             );
@@ -86,7 +86,7 @@ impl CameraCheck<'_> {
             return Some(finding.with_place(at.position));
         }
         let remedy = match self.view.subject {
-            FindingSubject::Camera(None) => {
+            Subject::Camera(None) => {
                 "check that the scene has objects that are visible (`opacity`, `side`) and not scaled to nothing"
             }
             _ => {
@@ -95,10 +95,10 @@ impl CameraCheck<'_> {
         };
         let reason =
             "no ray of this camera hits an object: its picture shows only the sky or nothing";
-        Some(self.wrong(FindingCode::NothingSeen, reason, remedy))
+        Some(self.wrong(NothingSeen, reason, remedy))
     }
 
-    fn small_scene_finding(&self) -> Option<StressFinding> {
+    fn small_scene_finding(&self) -> Option<Fault> {
         let size = self.facts.largest_extent();
         let pixel = self.view.pixel_width_at(self.facts.bounds.centre());
         let is_small = size > 0.0 && size < 2.0 * pixel && !self.has_endless_objects();
@@ -106,12 +106,12 @@ impl CameraCheck<'_> {
         let reason = format!("seen from this camera, the whole scene is only {width} pixels wide");
         let remedy =
             "move the camera nearer (`pose`, or render with --eye), or narrow its field of view";
-        is_small.then(|| self.wrong(FindingCode::SceneBelowPixel, reason, remedy))
+        is_small.then(|| self.wrong(SceneBelowPixel, reason, remedy))
     }
 
     /// Returns a finding if the lens is focused in front of all that its rays hit, or behind all
     /// objects.
-    fn focus_finding(&self) -> Option<StressFinding> {
+    fn focus_finding(&self) -> Option<Fault> {
         let Projection::ThinLens {
             aperture_radius,
             focus_distance,
@@ -145,12 +145,12 @@ impl CameraCheck<'_> {
         let remedy = "set `focus_distance` to the distance of the object that should be sharp";
         // A point less than a pixel wide is as sharp as the picture is.
         (sharpest != focus_distance && pixels > 1.0)
-            .then(|| self.wrong(FindingCode::FocusNowhere, reason, remedy))
+            .then(|| self.wrong(FocusNowhere, reason, remedy))
     }
 
     /// Returns a finding if the picture's aspect ratio differs from the camera's and the picture is
     /// stretched to fit.
-    fn aspect_finding(&self) -> Option<StressFinding> {
+    fn aspect_finding(&self) -> Option<Fault> {
         let [width, height] = self.view.size.map(f64::from);
         let aspect = self.view.data.aspect?;
         let is_stretched = self.view.data.fit == AspectFit::Stretch
@@ -160,24 +160,24 @@ impl CameraCheck<'_> {
             width / height
         );
         let remedy = "remove `aspect` from the camera, or give the picture the same aspect (`render.size`, or render with --size)";
-        is_stretched.then(|| self.wrong(FindingCode::StretchedPicture, reason, remedy))
+        is_stretched.then(|| self.wrong(StretchedPicture, reason, remedy))
     }
 
     /// Returns the findings about bodies of glass around the camera.
-    fn glass_findings(&self) -> Vec<StressFinding> {
+    fn glass_findings(&self) -> Vec<Fault> {
         let around = self.survey.of(|event| match event {
             RayEvent::AroundCamera(object) => Some(object),
             _ => None,
         });
         let finding = |(object, at): (usize, Sighting)| {
             let body = self.facts.object_name(object);
-            let finding = FindingCode::CameraInBody.finding(
-                Harmless,
-                self.view.subject,
+            let finding = self.wrong(
+                CameraInBody,
                 format!("it is inside {body}, which is transparent: everything is seen from inside that body"),
                 "move the camera out of the body, unless it should be inside",
             );
             let predicate = "leave the body without entering it";
+            let finding = finding.with_severity(Harmless);
             finding.with_rays(at.count, self.survey.rays, predicate)
         };
         around.into_iter().map(finding).collect()
@@ -193,7 +193,7 @@ impl CameraCheck<'_> {
 
     /// Finds an opaque body around the camera whose inside fills the whole picture, although the
     /// scene has other objects.
-    fn enclosing_body_finding(&self) -> Option<StressFinding> {
+    fn enclosing_body_finding(&self) -> Option<Fault> {
         let (facts, survey) = (self.facts, self.survey);
         // Below an endless floor, rays beyond the horizon hit nothing.
         let fills_view = |(object, at): &(usize, Sighting)| {
@@ -212,7 +212,8 @@ impl CameraCheck<'_> {
         };
         let mut others = facts.objects.iter().filter(|other| other.index != object);
         others.find(is_hidden)?;
-        if !body.is_opaque() || !may_contain_point(body, self.view.eye()) {
+        let has_inside = facts.is_closed_body(body) || body.is_endless();
+        if !body.is_opaque() || !has_inside {
             return None;
         }
         let name = facts.object_name(object);
@@ -230,12 +231,12 @@ impl CameraCheck<'_> {
                 "move the camera out of the body (`pose`, or render with --eye)",
             ),
         };
-        let finding = self.wrong(FindingCode::CameraInBody, reason, remedy);
+        let finding = self.wrong(CameraInBody, reason, remedy);
         Some(finding.with_rays(at.count, survey.rays, "hit its inside first"))
     }
 
     /// Finds opaque boxes and balls into which a lens reaches, with the eye outside.
-    fn lens_findings(&self) -> Vec<StressFinding> {
+    fn lens_findings(&self) -> Vec<Fault> {
         let Projection::ThinLens {
             aperture_radius, ..
         } = self.view.data.projection
@@ -246,12 +247,18 @@ impl CameraCheck<'_> {
         bodies.retain(|(object, at)| {
             let body = &self.facts.objects[*object];
             let is_seen = at.count as f64 > SHARE * self.survey.rays as f64;
-            is_seen && is_opaque_closed_body(body) && !contains_point(body, self.view.eye())
+            let is_shown = matches!(body.object.side, SideRule::Both | SideRule::Outside);
+            let is_shape = matches!(body.object.shape, Shape::Box { .. } | Shape::Sphere { .. });
+            let eye = self.view.eye();
+            let is_around = body
+                .bounds
+                .is_none_or(|b| b.min.cmplt(eye).all() && b.max.cmpgt(eye).all());
+            is_seen && is_shape && is_shown && body.is_opaque() && !is_around
         });
         let finding = |(object, at): (usize, Sighting)| {
             let body = self.facts.object_name(object);
             let finding = self.wrong(
-                FindingCode::CameraInBody,
+                CameraInBody,
                 format!("its lens, {aperture_radius} metres in radius, reaches into {body}, which is opaque and lies as a veil over the picture"),
                 "move the camera away from the body (`pose`, or render with --eye), or set a smaller `aperture_radius`",
             );
@@ -261,7 +268,7 @@ impl CameraCheck<'_> {
     }
 
     /// Finds a box that hides all objects at which the camera is aimed.
-    fn hiding_body_finding(&self) -> Option<StressFinding> {
+    fn hiding_body_finding(&self) -> Option<Fault> {
         let hit = self.survey.first_hits();
         let &[(object, at)] = hit.as_slice() else {
             return None;
@@ -283,34 +290,13 @@ impl CameraCheck<'_> {
         }
         let name = self.facts.object_name(object);
         let finding = self.wrong(
-            FindingCode::NothingSeen,
+            NothingSeen,
             format!("{name} hides all other objects, at which this camera is aimed"),
             format!("move the camera to the other side of {name} (`pose`, or render with --eye), or remove {name}"),
         );
         let predicate = "hit that object, and none another one";
         Some(finding.with_rays(at.count, self.survey.rays, predicate))
     }
-}
-
-/// Returns whether a point may be inside an object. Always true for closed shapes; for a mesh its
-/// bounding box decides.
-fn may_contain_point(body: &ObjectFacts<'_>, point: DVec3) -> bool {
-    match &body.object.shape {
-        Shape::Sphere { .. }
-        | Shape::Box { .. }
-        | Shape::Ellipsoid { .. }
-        | Shape::Torus { .. }
-        | Shape::Plane { .. }
-        | Shape::Cone { .. } => true,
-        Shape::Cylinder { height, caps, .. } => height.is_some() && *caps,
-        Shape::Mesh(_) => is_within_bounds(body, point),
-        _ => false,
-    }
-}
-
-fn is_within_bounds(body: &ObjectFacts<'_>, point: DVec3) -> bool {
-    body.bounds
-        .is_some_and(|b| point.cmpgt(b.min).all() && point.cmplt(b.max).all())
 }
 
 /// Returns whether a point is on the other side of a plane or a box than the eye.
@@ -331,32 +317,4 @@ fn hides_point(body: &ObjectFacts<'_>, eye: DVec3, point: DVec3) -> bool {
         }
         _ => false,
     }
-}
-
-/// Returns whether a body is a closed box or ball, opaque everywhere when seen from outside.
-fn is_opaque_closed_body(body: &ObjectFacts<'_>) -> bool {
-    let is_whole = body
-        .material
-        .is_some_and(|(_, material)| match &material.model {
-            MaterialModel::Physical(m) => m.alpha == AlphaMode::Opaque,
-            MaterialModel::Classic(_) => true,
-        });
-    let is_shown = matches!(body.object.side, SideRule::Both | SideRule::Outside);
-    let is_closed = matches!(body.object.shape, Shape::Box { .. } | Shape::Sphere { .. });
-    is_closed && is_shown && is_whole && body.is_opaque()
-}
-
-/// Returns whether a point is strictly inside a box or ball.
-fn contains_point(body: &ObjectFacts<'_>, point: DVec3) -> bool {
-    let own = body.object_to_world.inverse().transform_point3(point);
-    is_within_bounds(body, point)
-        && match body.object.shape {
-            Shape::Box { min, max } => {
-                let [min, max] = [min, max].map(DVec3::from);
-                let edge = 1e-9 * (max - min).max_element();
-                own.cmpgt(min + edge).all() && own.cmplt(max - edge).all()
-            }
-            Shape::Sphere { centre, radius } => own.distance(centre.into()) < radius * (1.0 - 1e-9),
-            _ => false,
-        }
 }

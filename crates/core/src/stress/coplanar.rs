@@ -5,10 +5,10 @@
 //! axis are compared.
 
 use super::faces::{FlatFace, clip_polygon, shape_faces, signed_double_area};
-use super::topology::Topology;
 use super::views::ROUNDINGS;
 use super::*;
 use crate::motion::shutter_interval;
+use crate::topology::Topology;
 
 /// Two normals are parallel if the length of their cross product, or the difference of their keys,
 /// is at most this.

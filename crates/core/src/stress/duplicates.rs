@@ -53,42 +53,34 @@ impl SceneFacts<'_> {
     /// Finds the objects and copies of generators that coincide.
     pub fn find_duplicates(&self) -> DuplicateObjects {
         let mut found = DuplicateObjects::default();
-        let mut meshes: HashMap<usize, u64> = HashMap::new();
-        // The first object in each place, and the number of objects there.
-        let mut places: HashMap<u64, (usize, u64)> = HashMap::new();
+        // By the placement: the first object of each shape in a place, and the number of objects there.
+        let mut places: HashMap<u64, Vec<(usize, u64)>> = HashMap::new();
         for object in &self.objects {
-            let content = object.mesh.map(|(mesh, data)| {
-                *meshes.entry(mesh).or_insert_with(|| {
-                    let mut hasher = DefaultHasher::new();
-                    let corners = data.positions.iter();
-                    corners
-                        .for_each(|corner| corner.to_array().map(f64::to_bits).hash(&mut hasher));
-                    data.indices.hash(&mut hasher);
-                    hasher.finish()
-                })
-            });
             let generator = self.generator(object.index);
-            let offsets = match generator {
-                Some(kind) => generator_offsets(kind),
-                None => Box::new([DVec3::ZERO].into_iter()),
-            };
-            let mut start = None;
-            for offset in offsets {
-                let offset = offset - *start.get_or_insert(offset);
-                let key = place_key(object, offset, content);
-                let place = places.entry(key).or_insert((object.index, 0));
-                place.1 += 1;
-                if generator.is_none() {
-                    found.first.push(place.0);
+            let offsets = generator.map_or_else(
+                || vec![DVec3::ZERO],
+                |kind| generator_offsets(kind).collect(),
+            );
+            for offset in offsets.iter().map(|offset| *offset - offsets[0]) {
+                let place = places.entry(place_key(object, offset)).or_default();
+                let is_alike = |(first, _): &(usize, u64)| are_alike(&self.objects[*first], object);
+                let index = place.iter().position(is_alike).unwrap_or(place.len());
+                if index == place.len() {
+                    place.push((object.index, 0));
                 }
-                if place.1 > 1 {
-                    let pair = found.pairs.entry([place.0, object.index]);
+                let (first, number) = &mut place[index];
+                *number += 1;
+                if generator.is_none() {
+                    found.first.push(*first);
+                }
+                if *number > 1 {
+                    let pair = found.pairs.entry([*first, object.index]);
                     let pair = pair.or_insert(Coincidence {
                         offset,
                         ..Coincidence::default()
                     });
                     pair.count += 1;
-                    pair.most = pair.most.max(place.1);
+                    pair.most = pair.most.max(*number);
                 }
             }
         }
@@ -96,7 +88,7 @@ impl SceneFacts<'_> {
     }
 
     /// Returns the findings about objects and copies of generators in the same place.
-    pub fn check_duplicates(&self, survey: &RaySurvey) -> Vec<StressFinding> {
+    pub fn check_duplicates(&self, survey: &RaySurvey) -> Vec<Fault> {
         let pairs = self.duplicates.pairs.iter();
         let finding = |(&pair, coincidence): (&[usize; 2], &Coincidence)| {
             self.duplicate_finding(survey, pair, coincidence)
@@ -109,15 +101,13 @@ impl SceneFacts<'_> {
         survey: &RaySurvey,
         [before, index]: [usize; 2],
         coincidence: &Coincidence,
-    ) -> StressFinding {
-        let &Coincidence {
-            count,
-            most,
-            offset,
-        } = coincidence;
+    ) -> Fault {
         let pair @ [first, own] = [before, index].map(|object| &self.objects[object]);
         let seen = [before, index].map(|object| survey.events.get(&RayEvent::Crossed(object)));
         let seen = seen.into_iter().flatten().next();
+        let is_one_material = first.object.material == own.object.material;
+        let is_exact = (&first.object.shape, &first.object.transform)
+            == (&own.object.shape, &own.object.transform);
         let (severity, label) = if pair.iter().any(|object| object.is_blended()) {
             (PictureWrong, "and each dims the light that passes")
         } else if pair.iter().all(|object| object.emits_light()) {
@@ -125,12 +115,12 @@ impl SceneFacts<'_> {
                 PictureWrong,
                 "and each emits light, so that together they give more light than one",
             )
-        } else if first.object.material == own.object.material && most > MANY {
+        } else if is_one_material && coincidence.most > MANY {
             (
                 SlowOrNoisy,
                 "of which only one is seen, but rays are tested against all",
             )
-        } else if first.object.material == own.object.material {
+        } else if is_one_material {
             (
                 Harmless,
                 "with the same material, so that the fault is not visible",
@@ -140,9 +130,7 @@ impl SceneFacts<'_> {
                 Harmless,
                 "with another material; no camera sees either of the two",
             )
-        } else if first.object.shape == own.object.shape
-            && first.object.transform == own.object.transform
-        {
+        } else if is_exact {
             (
                 PictureWrong,
                 "with another material; only the first of the two in the file is seen",
@@ -155,38 +143,65 @@ impl SceneFacts<'_> {
         };
         let generator = self.generator(index);
         let other = self.object_name(before);
-        let (reason, remedy) = match generator {
-            Some(_) if before == index => (
-                format!("copies coincide, up to {most} in one place, {label}"),
-                "set a `step` for the grid, or a larger box (`min`, `max`) or fewer copies for the scatter",
-            ),
-            Some(_) => (
-                format!("a copy of it is in the same place as {other}, {label}"),
-                "remove one of the two",
-            ),
-            None => (
-                format!("it is in the same place as {other}, {label}"),
-                "remove one of the two",
-            ),
+        let mut remedy = "remove one of the two";
+        let mut predicate = "coincide with another object";
+        let reason = match generator {
+            Some(_) if before == index => {
+                remedy = "set a `step` for the grid, or a larger box (`min`, `max`) or fewer copies for the scatter";
+                predicate = "coincide with another one";
+                format!(
+                    "copies coincide, up to {} in one place, {label}",
+                    coincidence.most
+                )
+            }
+            Some(_) => format!("a copy of it is in the same place as {other}, {label}"),
+            None => format!("it is in the same place as {other}, {label}"),
         };
-        let finding = FindingCode::DuplicateObject.finding(severity, own.subject(), reason, remedy);
+        let finding = DuplicateObject
+            .fault(index, reason, remedy)
+            .with_severity(severity);
         let Some(kind) = generator else {
             return finding.with_place(seen.map(|at| at.position).or(own.centre()));
         };
-        let predicate = match before == index {
-            true => "coincide with another one",
-            false => "coincide with another object",
-        };
         finding
-            .with_count(count, count_generated_objects(kind), "copies", predicate)
-            .with_place(own.centre().map(|centre| centre + offset))
+            .with_count(
+                coincidence.count,
+                count_generated_objects(kind),
+                "copies",
+                predicate,
+            )
+            .with_place(own.centre().map(|centre| centre + coincidence.offset))
     }
 }
 
-/// Returns a hash of the shape and the rounded placement of an object, moved by an offset. `content`
-/// is the hash of its mesh.
-fn place_key(facts: &ObjectFacts<'_>, offset: DVec3, content: Option<u64>) -> u64 {
-    let (object, mut map) = (facts.object, facts.object_to_world);
+/// Returns whether two objects in one place are the same surface.
+fn are_alike(a: &ObjectFacts<'_>, b: &ObjectFacts<'_>) -> bool {
+    let [(own, shape), (other, others)] = [a, b].map(|facts| (facts.object, &facts.object.shape));
+    let is_one_shape = match (a.mesh, b.mesh) {
+        (Some((i, own)), Some((j, other))) => {
+            i == j || (&own.indices, &own.positions) == (&other.indices, &other.positions)
+        }
+        _ => is_ball(a) && is_ball(b) || shape == others,
+    };
+    // On its way a moving object is where both ends are said alike.
+    let is_one_way = own.transform_end == other.transform_end
+        && (own.transform_end.is_none() || own.transform == other.transform);
+    is_one_shape && is_one_way && own.side == other.side
+}
+
+/// Returns whether an object is a ball at rest, which is the same however it is turned.
+fn is_ball(facts: &ObjectFacts<'_>) -> bool {
+    let matrix = facts.object_to_world.matrix3;
+    let scale = matrix.determinant().abs().cbrt();
+    let other = DMat3::from_diagonal(DVec3::splat(scale * scale));
+    let is_similar = (matrix.transpose() * matrix).abs_diff_eq(other, 1e-9 * scale * scale);
+    let is_sphere = matches!(facts.object.shape, Shape::Sphere { .. });
+    is_sphere && is_similar && facts.object.transform_end.is_none()
+}
+
+/// Returns a hash of the rounded placement of an object, moved by an offset.
+fn place_key(facts: &ObjectFacts<'_>, offset: DVec3) -> u64 {
+    let mut map = facts.object_to_world;
     map.translation += offset;
     let matrix = map.matrix3;
     let scale = matrix.determinant().abs().cbrt();
@@ -204,37 +219,23 @@ fn place_key(facts: &ObjectFacts<'_>, offset: DVec3, content: Option<u64>) -> u6
         };
         values.to_array().map(step).hash(&mut hasher);
     };
-    // On its way a moving object is where both ends are said alike.
-    let way = object
-        .transform_end
-        .as_ref()
-        .map(|end| (&object.transform, end));
-    // A ball is the same however it is turned.
-    if let Shape::Sphere { centre, radius } = object.shape
-        && is_similarity_transform(matrix, scale)
-        && way.is_none()
+    if let Shape::Sphere { centre, radius } = facts.object.shape
+        && is_ball(facts)
     {
         hash_rounded(map.transform_point3(centre.into()), radius * scale);
         hash_rounded(DVec3::splat(libm::log(radius * scale)), 1.0);
-        format!("ball{:?}", object.side).hash(&mut hasher);
-        return hasher.finish();
+    } else {
+        let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
+        columns
+            .into_iter()
+            .for_each(|column| hash_rounded(column, scale));
+        let size = facts.bounds.map_or(1.0, |bounds| bounds.extent().length());
+        hash_rounded(
+            facts
+                .centre()
+                .map_or(map.translation, |centre| centre + offset),
+            size,
+        );
     }
-    [matrix.x_axis, matrix.y_axis, matrix.z_axis]
-        .into_iter()
-        .for_each(|column| hash_rounded(column, scale));
-    let size = facts.bounds.map_or(1.0, |bounds| bounds.extent().length());
-    hash_rounded(map.translation, size);
-    match content {
-        Some(content) => content.hash(&mut hasher),
-        None => format!("{:?}", object.shape).hash(&mut hasher),
-    }
-    format!("{:?}{way:?}", object.side).hash(&mut hasher);
     hasher.finish()
-}
-
-/// Returns whether a matrix only rotates, mirrors and scales uniformly by `scale`.
-fn is_similarity_transform(matrix: DMat3, scale: f64) -> bool {
-    let square = matrix.transpose() * matrix;
-    let other = DMat3::from_diagonal(DVec3::splat(scale * scale));
-    square.abs_diff_eq(other, 1e-9 * scale * scale)
 }

@@ -6,7 +6,6 @@ use raywright_bvh::{Geometry, Motion, Shape as _};
 
 use super::coplanar::OverlapTable;
 use super::duplicates::DuplicateObjects;
-use super::topology::Topology;
 use super::*;
 use crate::affine::affine_from_steps;
 use crate::generate::{count_generated_objects, generator_offsets};
@@ -14,6 +13,7 @@ use crate::lookup::SceneLookup;
 use crate::motion::{object_transforms_at_ends, shutter_opening};
 use crate::scene::{AlphaMode, GeneratorKind, Object};
 use crate::shape::convert_shape;
+use crate::topology::Topology;
 
 /// Greatest number of surfaces that a ray is followed through. A ray that passes as many counts as
 /// unblocked.
@@ -65,8 +65,8 @@ pub(super) struct ObjectFacts<'a> {
 }
 
 impl ObjectFacts<'_> {
-    pub fn subject(&self) -> FindingSubject {
-        FindingSubject::Object(self.index)
+    pub fn subject(&self) -> Subject {
+        Subject::Object(self.index)
     }
 
     /// Returns the centre of the bounding box.
@@ -114,6 +114,12 @@ impl ObjectFacts<'_> {
         }
     }
 
+    /// Returns whether the material is a physical one.
+    pub fn is_physical(&self) -> bool {
+        self.material
+            .is_some_and(|(_, material)| matches!(material.model, MaterialModel::Physical(_)))
+    }
+
     pub fn emits_light(&self) -> bool {
         self.material.is_some_and(|(_, material)| material.emits())
     }
@@ -152,6 +158,7 @@ impl<'a> SceneFacts<'a> {
         let all = listed.chain(generated).enumerate();
         let objects = all.map(|(index, (object, position))| {
             let material = lookup.material(&object.material);
+            let mesh = lookup.mesh_index(&object.shape);
             let own = object_transforms_at_ends(object).and_then(|ends| Motion::new(ends).ok());
             let own = own.map_or_else(
                 || affine_from_steps(&object.transform),
@@ -166,11 +173,8 @@ impl<'a> SceneFacts<'a> {
                 }),
                 object_to_world: DAffine3::from_translation(position) * own,
                 bounds: None,
-                mesh: match &object.shape {
-                    Shape::Mesh(name) => lookup.meshes.index_of(name).zip(lookup.mesh_data(name)),
-                    _ => None,
-                }
-                .map(|(index, data)| (index, &**data)),
+                mesh: mesh
+                    .and_then(|mesh| Some((mesh, &**lookup.mesh_data(&scene.meshes[mesh].name)?))),
             };
             facts.bounds = object_bounds(&facts, facts.object_to_world, &mut mesh_bounds);
             facts
@@ -209,17 +213,23 @@ impl<'a> SceneFacts<'a> {
         }
     }
 
+    /// Returns a pair of objects, given their indices among all objects, in the order of the scene.
+    pub fn sorted_pair(&self, pair: [usize; 2]) -> [usize; 2] {
+        let [a, b] = pair.map(|object| self.facts_index(object as u32));
+        [a.min(b), a.max(b)]
+    }
+
     /// Returns the object that a ray hit.
     pub fn object_of_hit<R: Real>(&self, hit: &Hit<R>) -> &ObjectFacts<'a> {
         &self.objects[self.facts_index(hit.outermost_id())]
     }
 
-    pub fn name(&self, subject: FindingSubject) -> String {
+    pub fn name(&self, subject: Subject) -> String {
         subject.display_name(self.scene)
     }
 
     pub fn object_name(&self, object: usize) -> String {
-        self.name(FindingSubject::Object(object))
+        self.name(Subject::Object(object))
     }
 
     /// Returns the connectivity of an object's mesh.
@@ -374,20 +384,4 @@ pub(super) fn unit_random(seed: u64, index: u64, dimension: u64) -> f64 {
     let index = index.wrapping_mul(0x9e37_79b9);
     let bits = splitmix64(seed ^ splitmix64(index.wrapping_add(splitmix64(dimension))));
     (bits >> 11) as f64 / (1_u64 << 53) as f64
-}
-
-/// Returns directions spread evenly over a cone. `lowest` is the cosine of its half angle.
-pub(super) fn directions_in_cone(
-    axis: DVec3,
-    lowest: f64,
-    count: usize,
-) -> impl Iterator<Item = DVec3> {
-    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
-    let (x, y) = axis.any_orthonormal_pair();
-    (0..count).map(move |i| {
-        let z = 1.0 - (1.0 - lowest) * (i as f64 + 0.5) / count as f64;
-        let (sin, cos) = libm::sincos(GOLDEN_ANGLE * i as f64);
-        let ring = (1.0 - z * z).max(0.0).sqrt();
-        axis * z + (x * cos + y * sin) * ring
-    })
 }

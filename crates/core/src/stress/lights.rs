@@ -1,152 +1,170 @@
-//! Findings about lights that light nothing, are seen by no camera, or repeat another light.
+//! Findings about lights that light nothing, are found only by chance, or repeat another light, and
+//! about black pictures.
 
-use super::faces::{FlatFace, shape_faces};
-use super::light_survey::{Beam, LightFacts, LightSurvey};
+use super::light_survey::{LightFacts, LightSurvey};
 use super::samples::SmallRender;
 use super::*;
 use crate::generate::generator_offsets;
-use crate::scene::Light;
+use crate::metrics::RELATIVE_FLOOR;
+use crate::scene::{Colour, LightKind};
 
 /// Limits below which a lamp lights nothing. With a distance d, they apply to these shares of d²: to
 /// the lamp's area, and to its power (radiance times area, mean of three channels). The distance d is
 /// that to the nearest camera, or the diagonal of the scene's bounds if shorter.
 const NO_AREA: f64 = 1e-10;
 const DARK: f64 = 1e-8;
-/// Least number of rays through glass from which on a light counts as behind glass.
-const FEWEST_THROUGH_GLASS: u64 = 8;
-/// Returns whether glass is in the way of most rays to a light. Rays blocked by opaque objects do
-/// not count.
-fn is_behind_glass(light: &LightFacts) -> bool {
-    light.through_glass >= FEWEST_THROUGH_GLASS && light.through_glass > light.unblocked
-}
+/// Least number of paths that may hit a light by chance. With fewer, the noise is not estimated.
+const ENOUGH: u64 = 1000;
+/// Least reported error of a pixel, as `render` measures it (root relMSE).
+const NOISY: f64 = 0.2;
+/// Share of the picture's radiance below which light found by chance is ignored.
+const SHARE: f64 = 0.01;
+/// Number added to the counted hits, for an upper bound. Without any hit, the expected number is
+/// below 3 with 95 % confidence (the rule of three).
+const UNSEEN: u64 = 3;
+/// Error for which a remedy gives the number of samples.
+const AIM: f64 = 0.1;
+/// A light is covered if at most this percentage of its rays is unblocked.
+const FREE: u64 = 10;
+/// Findings that can explain a black picture, in the order in which they are tried.
+const BLACK_CAUSES: [FaultKind; 3] = [UnreachedLight, LightMissesScene, LightByChance];
 
 impl SceneFacts<'_> {
     /// Returns the findings about lights. Without a survey, only those that need no rays.
-    pub fn check_lights(&self, survey: &LightSurvey) -> Vec<StressFinding> {
+    pub fn check_lights(&self, survey: &LightSurvey) -> Vec<Fault> {
         let mut findings = Vec::new();
+        for (&subject, light) in &survey.lights {
+            let found = self
+                .misses_scene_finding(subject, light)
+                .or_else(|| self.behind_glass_finding(subject, light))
+                .or_else(|| self.sizeless_lamp_finding(subject, light))
+                .or_else(|| {
+                    let finding = UnreachedLight.fault(subject,
+                        "this light reaches no visible surface: it is blocked, or turned away from all visible surfaces",
+                        "open or remove the object that blocks the light, or remove the light, which only adds noise",
+                    );
+                    let rays = light.shadow_rays[0];
+                    let finding = finding.with_rays(rays, rays, "towards it were blocked");
+                    light.is_unreached().then_some(finding)
+                });
+            findings.extend(found.map(|found| found.with_place(self.subject_centre(subject))));
+        }
         let lights = &self.scene.lights;
         for (index, light) in lights.iter().enumerate() {
-            let (subject, place) = (
-                FindingSubject::Light(index),
-                Beam::from(&light.kind).position,
-            );
-            let facts = survey.lights.get(index);
-            if let Some((reason, remedy)) = self.missed_scene_texts(light, facts) {
-                let code = FindingCode::LightMissesScene;
-                findings.push(
-                    code.finding(SlowOrNoisy, subject, reason, remedy)
-                        .with_place(place),
-                );
-            }
-            findings.extend(facts.and_then(|facts| self.behind_glass_finding(facts, place)));
-            let twin = lights[..index]
-                .iter()
-                .position(|other| other.kind == light.kind);
-            let twin = twin.map(|twin| self.duplicate_light_finding([twin, index]));
-            findings.extend(twin.map(|finding| finding.with_place(place)));
+            let mut others = lights[..index].iter();
+            let twin = others.position(|other| other.kind == light.kind);
+            findings.extend(twin.map(|twin| self.duplicate_light_finding([twin, index])));
         }
-        let lamps = || self.objects.iter().filter(|object| object.emits_light());
-        findings.extend(lamps().filter_map(|object| self.facing_away_finding(object)));
         findings.extend(self.lamp_below_pixel_finding(survey));
-        let sizeless = survey.lamps.iter();
-        findings.extend(sizeless.filter_map(|lamp| self.sizeless_lamp_finding(lamp)));
         findings
     }
 
     /// Returns the finding about a light without size that most visible surfaces face through glass.
-    fn behind_glass_finding(
-        &self,
-        light: &LightFacts,
-        place: Option<DVec3>,
-    ) -> Option<StressFinding> {
-        let glass = self.object_name(light.glass.filter(|_| is_behind_glass(light))?);
-        let finding = FindingCode::LightBehindGlass.finding(
-            PictureWrong,
-            light.subject,
+    fn behind_glass_finding(&self, subject: Subject, light: &LightFacts) -> Option<Fault> {
+        let is_told = light.is_behind_glass() && matches!(subject, Subject::Light(_));
+        let glass = self.object_name(light.glass.filter(|_| is_told)?);
+        let finding = LightBehindGlass.fault(subject,
             format!("this light has no size, and {glass} in its way is glass: paths cannot hit a light without size through glass, so that it lights nothing behind the glass"),
             format!("set `thin_walled` for the material of {glass}, or replace the light by one with a size: an emissive object, or a sun in the sky"),
         );
         let all = light.through_glass + light.unblocked;
         let predicate = "that nothing opaque blocks pass through glass";
-        Some(
-            finding
-                .with_rays(light.through_glass, all, predicate)
-                .with_place(place),
-        )
+        Some(finding.with_rays(light.through_glass, all, predicate))
     }
 
-    /// Returns the reason and the remedy if no light arrives at the scene, otherwise `None`.
-    fn missed_scene_texts(
-        &self,
-        light: &Light,
-        facts: Option<&LightFacts>,
-    ) -> Option<(String, String)> {
-        let Beam {
-            position,
-            range,
-            cone,
-            ..
-        } = Beam::from(&light.kind);
-        let position = position?;
-        let missing = facts.filter(|facts| facts.rays > 0 && facts.hits == 0);
-        // The surface that its rays hit; the box of everything is nearer, and has no surface there.
-        let nearest = missing.and_then(|facts| facts.nearest);
-        if let Some((range, nearest)) = range.zip(nearest).filter(|(range, near)| range <= near) {
+    /// Returns the finding about a light that shines past all visible surfaces.
+    fn misses_scene_finding(&self, subject: Subject, light: &LightFacts) -> Option<Fault> {
+        let is_aimed_at_nothing = light.is_aimed_at_nothing();
+        let (reason, remedy) = match subject {
+            Subject::Light(index) => self.missed_scene_texts(index, light)?,
+            Subject::Object(index)
+                if is_aimed_at_nothing && self.objects[index].hides_back_faces() =>
+            (
+                "this lamp emits from one side only, and all visible surfaces are on its other side".to_owned(),
+                "turn it over, or give it `side = \"both\"`".to_owned(),
+            ),
+            _ => return None,
+        };
+        Some(LightMissesScene.fault(subject, reason, remedy))
+    }
+
+    /// Returns why a delta light shines past all visible surfaces, or its cone past all bounded
+    /// objects, and the remedy. `None` if it does not.
+    fn missed_scene_texts(&self, index: usize, light: &LightFacts) -> Option<(String, String)> {
+        let (position, range, cone) = match self.scene.lights[index].kind {
+            LightKind::Directional { .. } => return None,
+            LightKind::Point {
+                position, range, ..
+            } => (position, range, None),
+            LightKind::Spot {
+                position,
+                range,
+                direction,
+                outer_angle,
+                ..
+            } => (position, range, Some((direction, outer_angle))),
+        };
+        let away = self.bounds.centre() - DVec3::from(position);
+        let radius = 0.5 * self.diagonal();
+        let off = cone.map_or(0.0, |(direction, _)| {
+            away.angle_between(direction.into()).to_degrees()
+        });
+        let is_outside = !self.bounds.is_empty() && away.length() > radius;
+        let is_off = cone.is_some_and(|(_, outer_angle)| {
+            is_outside && off > outer_angle + (radius / away.length()).asin().to_degrees()
+        });
+        if !is_off && !light.is_aimed_at_nothing() {
+            return None;
+        }
+        if let Some((range, nearest)) = range
+            .zip(light.nearest)
+            .filter(|(range, near)| range <= near)
+        {
             let [range, nearest] = [range, nearest].map(format_metres);
             return Some((
                 format!(
-                    "its `range` of {range} ends before any surface, so that it lights nothing: the nearest surface on its rays is {nearest} away"
+                    "its `range` of {range} ends before any visible surface, so that it lights nothing: the nearest one is {nearest} away"
                 ),
                 format!(
                     "move the light nearer, set its `range` well above {nearest}, or remove `range`"
                 ),
             ));
         }
-        let to_other = match cone {
-            Some(_) => {
-                "point its `direction` at the objects that it should light, or move the light"
-            }
-            None => "move the light to the objects that it should light",
+        let Some((_, outer_angle)) = cone else {
+            return Some((
+                "no visible surface faces it, so that it lights nothing".to_owned(),
+                "move the light to the objects that it should light".to_owned(),
+            ));
         };
-        if let Some(lamp) = missing.and_then(|facts| facts.lamp) {
+        let mut remedy =
+            "point its `direction` at the objects that it should light, or move the light"
+                .to_owned();
+        if let Some(lamp) = light
+            .aim
+            .filter(|&object| self.objects[object].emits_light())
+        {
             let lamp = self.object_name(lamp);
-            let reason = format!("it lights nothing but {lamp}, which is a lamp itself");
-            return Some((reason, to_other.to_owned()));
+            return Some((
+                format!("it lights nothing but {lamp}, which is a lamp itself"),
+                remedy,
+            ));
         }
-        // A spot light outside the bounding sphere.
-        let away = self.bounds.centre() - position;
-        let radius = 0.5 * self.diagonal();
-        let is_outside = !self.bounds.is_empty() && away.length() > radius;
-        if let Some((direction, outer_angle)) = cone.filter(|_| is_outside) {
-            let off = away.angle_between(direction).to_degrees();
-            let half_width = (radius / away.length()).min(1.0).asin().to_degrees();
-            if off > outer_angle + half_width || missing.is_some() {
-                let reason = format!(
-                    "its cone misses all objects: the middle of the scene is {off:.0} degrees off its `direction`, and its `outer_angle` is {outer_angle} degrees"
-                );
-                // No cone is wider than 90 degrees.
-                let remedy = match off.ceil() {
-                    angle if angle < 90.0 => format!(
-                        "turn its `direction` to the scene, or widen its `outer_angle` to {angle:.0} degrees or more"
-                    ),
-                    _ => "turn its `direction` to the scene".to_owned(),
-                };
-                return Some((reason, remedy));
-            }
+        // No cone is wider than 90 degrees.
+        if is_outside && off.ceil() < 90.0 {
+            remedy = format!(
+                "turn its `direction` to the scene, or widen its `outer_angle` to {:.0} degrees or more",
+                off.ceil()
+            );
         }
-        let rays = missing?.rays;
-        let reason = match cone {
-            Some(_) => {
-                format!(
-                    "its cone misses all objects: none of {rays} rays in the cone hits a surface"
-                )
-            }
-            None => format!("none of {rays} rays from it hits a surface"),
-        };
-        Some((reason, to_other.to_owned()))
+        Some((
+            format!(
+                "its cone misses all objects: none of the visible surfaces is in it; the middle of the scene is {off:.0} degrees off its `direction`, and its `outer_angle` is {outer_angle} degrees"
+            ),
+            remedy,
+        ))
     }
 
-    fn duplicate_light_finding(&self, [twin, index]: [usize; 2]) -> StressFinding {
+    fn duplicate_light_finding(&self, [twin, index]: [usize; 2]) -> Fault {
         let [a, b] = [twin, index].map(|index| self.scene.lights[index].colour);
         let (severity, end) = match a == b {
             true => (PictureWrong, "together they are twice as bright as one"),
@@ -155,37 +173,20 @@ impl SceneFacts<'_> {
                 "the two differ in colour, and the light of both is added",
             ),
         };
-        let other = self.name(FindingSubject::Light(twin));
-        FindingCode::DuplicateLight.finding(
-            severity,
-            FindingSubject::Light(index),
+        let (subject, other) = (Subject::Light(index), self.name(Subject::Light(twin)));
+        let finding = DuplicateLight.fault(
+            subject,
             format!("it is in the same place as {other}: {end}"),
             "remove one of the two; if both are intended, keep one with the sum of their colours",
-        )
-    }
-
-    /// Returns a finding if a flat, one-sided lamp has all objects behind it.
-    fn facing_away_finding(&self, object: &ObjectFacts<'_>) -> Option<StressFinding> {
-        let face = shape_faces(&object.object.shape).into_iter().next();
-        let face: FlatFace = face
-            .filter(|face| face.is_sheet && !face.is_endless)?
-            .place(object)?;
-        let (normal, point) = (object.visible_normal(face.normal)?, face.corners[0]);
-        let Aabb { min, max } = self.bounds;
-        let farthest = DVec3::select(normal.cmpgt(DVec3::ZERO), max, min);
-        let finding = FindingCode::LightMissesScene.finding(
-            SlowOrNoisy,
-            object.subject(),
-            "this lamp emits from one side only, and all objects are on its other side",
-            "turn it over, or give it `side = \"both\"`",
         );
-        let is_ahead = (farthest - point).dot(normal) > 1e-9 * self.diagonal();
-        (!is_ahead).then(|| finding.with_place(point))
+        finding
+            .with_severity(severity)
+            .with_place(self.subject_centre(subject))
     }
 
     /// Returns a finding about lamps in view that are smaller than a pixel. Each copy of a generator
     /// counts.
-    fn lamp_below_pixel_finding(&self, survey: &LightSurvey) -> Option<StressFinding> {
+    fn lamp_below_pixel_finding(&self, survey: &LightSurvey) -> Option<Fault> {
         let (mut total, mut small, mut is_in_glass) = (0, Vec::new(), false);
         let lamps = self.objects.iter();
         for object in lamps.filter(|object| object.emits_light() && object.mesh.is_none()) {
@@ -198,17 +199,22 @@ impl SceneFacts<'_> {
             };
             total += offsets.len() as u64;
             let (width, before) = (bounds.extent().length(), small.len());
-            for offset in &offsets {
-                let centre = bounds.centre() + *offset - offsets[0];
-                let mut views = self.views.iter();
-                if views.any(|view| {
-                    width < view.pixel_width_at(centre) && view.project_point(centre).is_some()
-                }) {
-                    small.push((object.subject(), centre));
-                }
-            }
-            let lamp = survey.light(object.subject());
-            let is_enclosed = lamp.is_some_and(|lamp| lamp.enclosing_glass.is_some());
+            let centres = offsets
+                .iter()
+                .map(|offset| bounds.centre() + *offset - offsets[0]);
+            small.extend(
+                centres
+                    .filter(|&centre| {
+                        let mut views = self.views.iter();
+                        views.any(|view| {
+                            width < view.pixel_width_at(centre)
+                                && view.project_point(centre).is_some()
+                        })
+                    })
+                    .map(|centre| (object.subject(), centre)),
+            );
+            let lamp = survey.lights.get(&object.subject());
+            let is_enclosed = lamp.is_some_and(LightFacts::is_behind_glass);
             is_in_glass |= small.len() > before && is_enclosed;
         }
         let count = small.len() as u64;
@@ -221,90 +227,195 @@ impl SceneFacts<'_> {
             }
         };
         let reason = "lamps in view are smaller than a pixel: the few samples that hit one show as bright specks";
-        let finding = FindingCode::LampBelowPixel.finding(SlowOrNoisy, subject, reason, remedy);
+        let finding = LampBelowPixel.fault(subject, reason, remedy);
         let finding = finding.with_count(count, total, "lamps", "are smaller than a pixel");
         Some(finding.with_place(centre))
     }
 
     /// Returns the finding about a lamp whose area is too small to light anything.
-    fn sizeless_lamp_finding(&self, lamp: &LightFacts) -> Option<StressFinding> {
-        let sizes = [self.diagonal(), lamp.eye_distance].into_iter();
-        let distance = sizes
-            .filter(|size| *size > 0.0)
-            .fold(f64::INFINITY, f64::min);
-        let square = distance * distance;
-        if lamp.area > NO_AREA * square || lamp.power / 3.0 > DARK * square {
+    fn sizeless_lamp_finding(&self, subject: Subject, lamp: &LightFacts) -> Option<Fault> {
+        let Subject::Object(object) = subject else {
             return None;
-        }
+        };
+        let centre = self.objects[object].centre();
+        let sizes = [
+            Some(self.diagonal()),
+            centre.map(|centre| self.view_distance_key(centre).1),
+        ];
+        let sizes = sizes.into_iter().flatten().filter(|size| *size > 0.0);
+        let distance = sizes.fold(f64::INFINITY, f64::min);
+        let square = distance * distance;
         let area = match lamp.area {
             0.0 => "no area".to_owned(),
             area => format!("an area of {} square metres", format_decimal(area)),
         };
-        let finding = FindingCode::UnreachedLight.finding(
-            SlowOrNoisy,
-            lamp.subject,
+        let finding = UnreachedLight.fault(subject,
             format!("this lamp has {area}, so that it gives almost no light, and rays to it are wasted"),
             "make the lamp larger, or remove it; for a light without size, add an entry to `lights`",
         );
-        Some(finding.with_place(self.subject_centre(lamp.subject)))
+        let is_told = lamp.area <= NO_AREA * square && lamp.power / 3.0 <= DARK * square;
+        is_told.then_some(finding)
     }
 
-    /// Returns the position of a light, or the centre of an object.
-    pub fn subject_centre(&self, subject: FindingSubject) -> Option<DVec3> {
-        match subject {
-            FindingSubject::Light(index) => Beam::from(&self.scene.lights[index].kind).position,
-            FindingSubject::Object(index) => self.objects[index].centre(),
+    /// Returns a finding if the light that paths find by chance contributes to a picture and is noisy:
+    /// light behind glass, or by way of mirrors.
+    pub fn light_by_chance_finding(
+        &self,
+        survey: &LightSurvey,
+        picture: &SmallRender,
+    ) -> Option<Fault> {
+        let mut lights = survey.lights.iter();
+        let enclosed = lights.find_map(|(subject, light)| match subject {
+            Subject::Object(lamp) if light.is_behind_glass() => Some((*lamp, light.glass?)),
             _ => None,
+        });
+        let counters = picture.counters;
+        let (unaided, found) = (counters.unaided, counters.found);
+        // One sample in so many meets the light, each as bright as the light at most.
+        let radiance = survey.max_radiance;
+        let chance = (found + UNSEEN) as f64 / counters.samples.max(1) as f64;
+        let mean = picture.mean_radiance();
+        let samples = f64::from(self.settings.sampling.samples_per_pixel().max(1));
+        let noise = radiance * (chance / samples).sqrt();
+        // The picture's own estimate corrects the model, unless too few paths hit a lamp. Of a dark
+        // surface, noise counts as not more than ten times the radiance, as `render` measures errors.
+        let modelled = noise / (mean * mean + RELATIVE_FLOOR).sqrt();
+        // Of a black picture, no error is known.
+        let measured = picture
+            .expected_error(samples)
+            .filter(|_| !picture.is_black());
+        let error = measured.map_or(modelled, |measured| measured.min(modelled));
+        let is_rare = unaided < ENOUGH && enclosed.is_none();
+        if is_rare || chance * radiance < SHARE * mean || error < NOISY {
+            return None;
         }
+        let enough = format_decimal(round_up((samples * (error / AIM).powi(2)).max(1.0)));
+        let more = format!("render with more --spp (about {enough} for an error of {AIM})");
+        let lamp = self.objects.iter().find(|object| object.emits_light());
+        let (subject, reason, remedy) = match (enclosed, lamp, &self.scene.sky) {
+            (Some((lamp, glass)), ..) => {
+                let glass = self.object_name(glass);
+                (Subject::Object(lamp), format!("it shines through {glass}, the glass around it: paths hit the lamp only by chance, and hardly any does"), format!("set `thin_walled` for the material of {glass}, make the lamp larger, or {more}"))
+            }
+            (_, Some(lamp), _) => {
+                let thin = match self.objects.iter().any(ObjectFacts::is_body) {
+                    true => ", make the glass thin (`thin_walled`),",
+                    false => ",",
+                };
+                (Subject::Scene, "light of lamps and suns by way of mirrors or glass is noisy: paths hit these lights only by chance, and hardly any does".to_owned(), format!("make {} larger{thin} or {more}", self.object_name(lamp.index)))
+            }
+            (.., Some(Sky::Studio(_))) => (Subject::Sky, "light of the studio by way of mirrors or glass is noisy: paths hit its lights only by chance, and hardly any does".to_owned(), format!("{more} or with another environment (--env)")),
+            _ => (Subject::Sky, "the sky has a small bright sun, whose light by way of mirrors or glass is noisy: paths hit the sun only by chance, and hardly any does".to_owned(), format!("{more}, or give the scene a sky with a larger sun or none")),
+        };
+        let finding = LightByChance.fault(subject, reason, remedy);
+        let place = enclosed
+            .map(|(lamp, _)| lamp)
+            .or(lamp.map(|lamp| lamp.index));
+        let place = place.and_then(|lamp| self.objects[lamp].centre());
+        Some(
+            finding
+                .with_count(unaided - found, unaided, "paths", "hit no light")
+                .with_place(place),
+        )
     }
 
-    /// Returns findings about lights that reach no visible surface of any camera, by the shadow rays
-    /// of the pictures or by the walks from the light. Of a generator's lamps some may well be hidden.
-    pub fn unreached_light_findings(
+    /// Adds a finding for each black picture, together with its cause, and removes the findings about
+    /// lights that explain it.
+    pub fn add_black_picture_findings(
         &self,
         survey: &LightSurvey,
         pictures: &[SmallRender],
-    ) -> Vec<StressFinding> {
-        let mut unreached: BTreeMap<FindingSubject, (u64, &'static str)> = BTreeMap::new();
-        for light in survey.lights_and_lamps() {
-            let walks = light.unseen_walks();
-            let walks = walks.map(|count| (count, "from the light reached no visible surface"));
-            unreached.extend(walks.map(|walks| (light.subject, walks)));
+        findings: &mut Vec<Fault>,
+    ) {
+        let black = pictures.iter().filter(|picture| picture.is_black());
+        let black: Vec<Subject> = black.map(|picture| picture.subject).collect();
+        if black.is_empty() {
+            return;
         }
-        for (&subject, &rays) in pictures.iter().flat_map(|picture| &picture.unreached) {
-            if pictures
-                .iter()
-                .all(|picture| picture.unreached.contains_key(&subject))
-            {
-                unreached.insert(subject, (rays, "towards it were blocked"));
-            }
-        }
-        let is_told = |subject: FindingSubject| match subject {
-            FindingSubject::Object(index) => {
-                let mut own = survey.lamps.iter().filter(|lamp| lamp.subject == subject);
-                self.generator(index).is_some()
-                    || own.any(|lamp| {
-                        let is_lit =
-                            lamp.enclosing_glass.is_some() && lamp.unseen_walks().is_none();
-                        is_lit || self.sizeless_lamp_finding(lamp).is_some()
-                    })
-            }
-            _ => survey.light(subject).is_some_and(is_behind_glass),
+        let blocker = self.find_blocker(survey);
+        let mut causes = BLACK_CAUSES.into_iter();
+        let cause = causes.find(|code| findings.iter().any(|finding| finding.kind == *code));
+        let (reason, remedy) = match cause {
+            Some(code) => self.black_picture_cause(blocker, code, findings),
+            None => self.dark_scene_texts(blocker),
         };
-        let unreached = unreached
-            .into_iter()
-            .filter(|(subject, _)| !is_told(*subject));
-        let finding = |(subject, (rays, predicate))| {
-            let finding = FindingCode::UnreachedLight.finding(
-                SlowOrNoisy,
-                subject,
-                "this light reaches no visible surface: it is blocked, or turned away from all visible surfaces",
-                "open or remove the object that blocks the light, or remove the light, which only adds noise",
+        if cause.is_some() {
+            findings.retain(|finding| !BLACK_CAUSES.contains(&finding.kind));
+        }
+        let reason = format!("all visible surfaces are black: {reason}");
+        let finding = |subject| BlackPicture.fault(subject, &reason, &remedy);
+        findings.extend(black.into_iter().map(finding));
+    }
+
+    /// Returns an opaque object that blocks most rays between a light and the visible surfaces.
+    fn find_blocker(&self, survey: &LightSurvey) -> Option<(usize, Subject)> {
+        let is_dark = matches!(self.scene.sky, None | Some(Sky::Constant(Colour::BLACK)));
+        let mut lights = survey.lights.iter();
+        lights.find_map(|(&subject, light)| {
+            let free = light.unblocked + light.through_glass;
+            let total = free + light.blocked.values().sum::<u64>();
+            let (&object, _) = light.blocked.iter().max_by_key(|(_, count)| **count)?;
+            let is_covered = 100 * free <= FREE * total;
+            let is_light = subject != Subject::Sky || !is_dark;
+            (is_covered && is_light).then_some((object, subject))
+        })
+    }
+
+    /// Returns why pictures without a finding about lights are black, and the remedy.
+    fn dark_scene_texts(&self, blocker: Option<(usize, Subject)>) -> (String, String) {
+        if let Some((cover, light)) = blocker {
+            let (cover, light) = (self.object_name(cover), self.name(light));
+            return (
+                format!("{cover} blocks the light of {light}"),
+                format!("open or remove {cover}, or add a light on the camera's side of it"),
             );
-            finding
-                .with_rays(rays, rays, predicate)
-                .with_place(self.subject_centre(subject))
+        }
+        let [reason, remedy] = match self.scene.sky {
+            Some(Sky::Expression(_)) => [
+                "no sample found light in the sky, whose `expression` is black or bright only in a small place",
+                "make the bright place of the sky larger, or replace it by an entry of `suns` in a `gradient` sky: samples are aimed at such suns",
+            ],
+            _ => [
+                "no light reaches them",
+                "add a light or a sky, or move the objects that block the light",
+            ],
         };
-        unreached.map(finding).collect()
+        (reason.to_owned(), remedy.to_owned())
+    }
+
+    /// Returns why pictures are black and the remedy, by the findings of a kind about lights.
+    fn black_picture_cause(
+        &self,
+        blocker: Option<(usize, Subject)>,
+        code: FaultKind,
+        findings: &[Fault],
+    ) -> (String, String) {
+        let causes: Vec<_> = findings
+            .iter()
+            .filter(|finding| finding.kind == code)
+            .collect();
+        let first = causes[0];
+        let lights = match causes.len() {
+            1 => format!("{} is", self.name(first.subject)),
+            more => format!("{} and {} more are", self.name(first.subject), more - 1),
+        };
+        let effect = match code {
+            LightByChance => "hit by none of the few samples of this check",
+            LightMissesScene => "without effect",
+            _ => {
+                let cover = blocker.map(|(cover, _)| self.object_name(cover));
+                let why = match &cover {
+                    Some(cover) => format!("blocked by {cover}"),
+                    None => "blocked, or turned away from all visible surfaces".to_owned(),
+                };
+                let cover = cover.unwrap_or_else(|| "the object that blocks the light".to_owned());
+                let remedy = format!("open or remove {cover}, or add a light or a sky");
+                return (format!("{lights} {why}"), remedy);
+            }
+        };
+        (
+            format!("{lights} {effect}; {}", first.reason),
+            first.remedy.clone(),
+        )
     }
 }

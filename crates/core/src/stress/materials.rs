@@ -21,15 +21,13 @@ const SEEN: f64 = 0.001;
 
 impl SceneFacts<'_> {
     /// Returns findings about values that are not finite numbers.
-    pub fn not_number_findings(&self, survey: &RaySurvey) -> Vec<StressFinding> {
+    pub fn not_number_findings(&self, survey: &RaySurvey) -> Vec<Fault> {
         let found = survey.of(|event| match event {
             RayEvent::NotNumber(material, key) => Some((material, key)),
             _ => None,
         });
         let finding = |((material, key), at): ((usize, &str), Sighting)| {
-            let finding = FindingCode::ValuesNotNumbers.finding(
-                PictureWrong,
-                FindingSubject::Material(material),
+            let finding = ValuesNotNumbers.fault(Subject::Material(material),
                 format!("its `{key}` is NaN or infinite at some points of the surface, where its expression or image gives such a value"),
                 "look for a division by zero, a root or logarithm of a negative number, and for numbers that are too large",
             );
@@ -52,7 +50,7 @@ impl SceneFacts<'_> {
         &self,
         survey: &RaySurvey,
         deadline: &RayDeadline<'_>,
-    ) -> (Vec<StressFinding>, [u64; 2]) {
+    ) -> (Vec<Fault>, [u64; 2]) {
         let by_paths = chosen_integrator(self.scene, self.settings) == Integrator::Path;
         let mut materials = self.used_materials();
         materials.retain(|_, material| match &material.model {
@@ -165,7 +163,7 @@ impl SceneFacts<'_> {
 
 /// Returns the finding about a material of an albedo above 1. `colour` holds the rays that find a
 /// base colour above 1.
-fn energy_finding(material: usize, albedo: f64, colour: Option<&Sighting>) -> StressFinding {
+fn energy_finding(material: usize, albedo: f64, colour: Option<&Sighting>) -> Fault {
     let values = colour.map_or(String::new(), |at| {
         format!(" (`base_colour` is up to {:.3})", at.value)
     });
@@ -173,8 +171,8 @@ fn energy_finding(material: usize, albedo: f64, colour: Option<&Sighting>) -> St
         "under even light it reflects {albedo:.3} times the light that it receives{values}: it glows, and between two such surfaces light grows without end"
     );
     let remedy = "reduce its colours, weights and factors to at most 1";
-    let subject = FindingSubject::Material(material);
-    let finding = FindingCode::EnergyMade.finding(PictureWrong, subject, reason, remedy);
+    let subject = Subject::Material(material);
+    let finding = EnergyMade.fault(subject, reason, remedy);
     finding.with_place(colour.map(|at| at.position))
 }
 

@@ -4,6 +4,10 @@ use super::bodies::{TOUCHING_GLASS_REMEDY, shows_in_turns};
 use super::coplanar::CoplanarOverlap;
 use super::*;
 
+/// Greatest gap of surfaces that are seen in turns by rounding, in units of the least separation that
+/// the precision always distinguishes.
+const FLICKERING: f64 = 16.0;
+
 /// An object that other objects cover in an overlap.
 struct CoveredObject {
     other: usize,
@@ -26,7 +30,7 @@ impl SceneFacts<'_> {
         &self,
         survey: &RaySurvey,
         is_told: impl Fn([usize; 2]) -> bool,
-    ) -> Vec<StressFinding> {
+    ) -> Vec<Fault> {
         let mut pairs: BTreeMap<[usize; 2], &CoplanarOverlap> = BTreeMap::new();
         for overlap in self.overlaps.list.iter().filter(|o| !o.is_back_to_back) {
             pairs.entry(overlap.objects).or_insert(overlap);
@@ -37,7 +41,9 @@ impl SceneFacts<'_> {
                 [[a, b], [b, a]].map(|pair| survey.count(RayEvent::Coplanar(pair)));
             let is_seen = first + second >= 3;
             let flickers = shows_in_turns(first, second);
-            let is_apart = overlap.gap > self.min_separation_at(overlap.position) && !flickers;
+            // Rounding decides at slightly more than what is always told apart.
+            let roundings = if flickers { FLICKERING } else { 1.0 };
+            let is_apart = overlap.gap > roundings * self.min_separation_at(overlap.position);
             if is_told([a, b]) || is_apart || !is_seen && !overlap.are_sheets {
                 continue;
             }
@@ -73,7 +79,7 @@ impl SceneFacts<'_> {
         hidden: usize,
         covered: &CoveredObject,
         flickers: bool,
-    ) -> StressFinding {
+    ) -> Fault {
         let named = self.object_name(covered.other);
         let others = match covered.others {
             1 => named,
@@ -127,12 +133,13 @@ impl SceneFacts<'_> {
             Harmless => format!("nothing; if this object should be seen there, {separation}"),
             _ => separation,
         };
-        let code = match flickers {
-            true => FindingCode::FlickeringSurfaces,
-            false => FindingCode::CoplanarSurfaces,
+        let kind = match flickers {
+            true => FlickeringSurfaces,
+            false => CoplanarSurfaces,
         };
-        let subject = FindingSubject::Object(hidden);
-        let finding = code.finding(severity, subject, lies + &end, remedy);
+        let finding = kind
+            .fault(hidden, lies + &end, remedy)
+            .with_severity(severity);
         let finding = match rays {
             0 => finding,
             _ => finding.with_rays(rays, survey.rays, "of the cameras hit the overlap"),

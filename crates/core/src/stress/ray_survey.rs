@@ -22,8 +22,8 @@ pub(super) enum RayEvent {
     Nested([usize; 2]),
     /// The ray hits glass in place of an opaque object that it touches: the glass, and the object.
     ContactLost([usize; 2]),
-    /// The ray enters a body while it is in as many others as a path knows at once.
-    BeyondMostBodies(usize),
+    /// The ray enters a body that it is in already, through an inner surface turned outwards.
+    Layered(usize),
     /// The first surface coincides with one of another object. The value is their separation in
     /// metres.
     Coincident([usize; 2]),

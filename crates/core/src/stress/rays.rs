@@ -4,7 +4,7 @@ use std::collections::btree_map::Entry;
 
 use super::facts::HITS;
 use super::*;
-use crate::integrator::{MAX_MEDIA, PathSegment};
+use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
 use crate::prepare::{PreparedMaterial, PreparedSpawnRule};
 
@@ -30,10 +30,10 @@ const MAX_IN_RANGE: f64 = 1.0 + 1e-5;
 
 /// Task that traces the rays of a camera. Rounds are only traced in full.
 pub(super) struct RaySurveyTask<'a> {
-    pub facts: &'a SceneFacts<'a>,
+    facts: &'a SceneFacts<'a>,
     /// Size of the prepared picture.
-    pub size: [u32; 2],
-    pub deadline: &'a RayDeadline<'a>,
+    size: [u32; 2],
+    deadline: &'a RayDeadline<'a>,
 }
 
 impl PreparedSceneTask for RaySurveyTask<'_> {
@@ -80,7 +80,19 @@ impl PreparedSceneTask for RaySurveyTask<'_> {
     }
 }
 
-impl RaySurveyTask<'_> {
+impl<'a> RaySurveyTask<'a> {
+    pub fn new(
+        facts: &'a SceneFacts<'a>,
+        ready: &ReadyScene,
+        deadline: &'a RayDeadline<'a>,
+    ) -> Self {
+        Self {
+            facts,
+            size: ready.settings().size,
+            deadline,
+        }
+    }
+
     fn generate_ray<R: Real>(
         &self,
         prepared: &PreparedScene<R>,
@@ -240,26 +252,16 @@ impl<R: Real> SurveyRay<'_, R> {
             min: prepared.min_hit_distances().secondary,
             max: R::INFINITY,
         };
-        match self.closest(&ray, range) {
-            Some(again)
-                if is_same(&again)
-                    && cannot_be_hit_again(&self.facts.objects[object], interaction.outside) =>
-            {
+        if let Some(other) = self.closest(&ray, range) {
+            let is_opaque = |object: usize| self.facts.objects[object].is_opaque();
+            let again = self.crossing(&ray, &other);
+            let is_near = separation(surface, &again.surface, SHADOWED).is_some();
+            if is_same(&other) && other.t <= surface.error * R::from_f64(SHADOWED) {
                 self.survey.add(RayEvent::SelfHit(object), at);
+            } else if !is_same(&other) && is_near && is_opaque(object) && is_opaque(again.object) {
+                let pair = [object.min(again.object), object.max(again.object)];
+                self.survey.add(RayEvent::TwinShadow(pair), at);
             }
-            Some(again) if is_same(&again) => {}
-            Some(other) => {
-                let other = self.crossing(&ray, &other);
-                let is_opaque = |object: usize| self.facts.objects[object].is_opaque();
-                if separation(surface, &other.surface, SHADOWED).is_some()
-                    && is_opaque(object)
-                    && is_opaque(other.object)
-                {
-                    let pair = [object.min(other.object), object.max(other.object)];
-                    self.survey.add(RayEvent::TwinShadow(pair), at);
-                }
-            }
-            None => {}
         }
         if matches!(prepared.rules.spawn, PreparedSpawnRule::Constant { .. }) {
             let own = surface.spawn_ray_origin(direction);
@@ -319,7 +321,9 @@ impl<R: Real> SurveyRay<'_, R> {
         // Of each body, how often the ray has entered it more often than left it.
         let mut depths = BTreeMap::<usize, i64>::new();
         let mut first_points = BTreeMap::<usize, Sighting>::new();
-        let mut copies = CopyCrossings::default();
+        // Copies of generators that the ray has entered.
+        let mut copies: Vec<(usize, u32, Sighting)> = Vec::new();
+        let mut has_overlap = false;
         let mut hits = hits_along_ray(&prepared.geometry, &ray, Interval::positive());
         for step in 0..2 * HITS {
             let hit = hits.next();
@@ -342,13 +346,16 @@ impl<R: Real> SurveyRay<'_, R> {
             let body = &facts.objects[object];
             if body.is_body() && !body.hides_back_faces() {
                 if crossing.enters {
-                    self.survey_entry(&crossing, &depths);
+                    self.survey_entry(object, at, &depths);
                 }
                 *depths.entry(object).or_insert(0) += if crossing.enters { 1 } else { -1 };
-                if facts.generator(object).is_some()
-                    && let Some(at) = copies.cross(hit.outermost_id(), &crossing)
-                {
-                    self.survey.add(RayEvent::Nested([object; 2]), at);
+                if facts.generator(object).is_some() {
+                    let overlap = cross_copy(&mut copies, hit.outermost_id(), &crossing);
+                    if let Some(at) =
+                        overlap.filter(|_| !core::mem::replace(&mut has_overlap, true))
+                    {
+                        self.survey.add(RayEvent::Nested([object; 2]), at);
+                    }
                 }
             }
             self.survey_glass_contact(&crossing, &mut depths);
@@ -356,19 +363,13 @@ impl<R: Real> SurveyRay<'_, R> {
     }
 
     /// Records the bodies around a body that the ray enters.
-    fn survey_entry(&mut self, crossing: &Crossing<R>, depths: &BTreeMap<usize, i64>) {
-        let facts = self.facts;
-        let material = |object: usize| facts.objects[object].material.map(|(index, _)| index);
-        let (object, at) = (crossing.object, crossing.at);
-        let mut materials = BTreeSet::from([material(object)]);
+    fn survey_entry(&mut self, object: usize, at: Sighting, depths: &BTreeMap<usize, i64>) {
         for (&other, _) in depths.iter().filter(|(_, depth)| **depth > 0) {
-            if other != object {
-                self.survey.add(RayEvent::Nested([other, object]), at);
-                materials.insert(material(other));
-            }
-        }
-        if materials.len() > MAX_MEDIA {
-            self.survey.add(RayEvent::BeyondMostBodies(object), at);
+            let event = match other == object {
+                true => RayEvent::Layered(object),
+                false => RayEvent::Nested([other, object]),
+            };
+            self.survey.add(event, at);
         }
     }
 
@@ -497,48 +498,26 @@ fn separation<R: Real>(a: &Surface<R>, b: &Surface<R>, errors: f64) -> Option<f6
     (m.dot(n).abs() > 1.0 - 1e-6 && apart <= errors * error).then_some(apart)
 }
 
-/// Returns whether a ray that leaves a primitive on this side can never hit it again. This holds for
-/// flat shapes, and for the outside of convex shapes.
-fn cannot_be_hit_again(object: &ObjectFacts<'_>, outside: bool) -> bool {
-    match object.object.shape {
-        Shape::Mesh(_)
-        | Shape::Triangle { .. }
-        | Shape::Quad { .. }
-        | Shape::Disk { .. }
-        | Shape::Plane { .. } => true,
-        Shape::Sphere { .. } | Shape::Box { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } => {
-            outside
-        }
-        Shape::Cylinder { caps, height, .. } => outside && (caps || height.is_none()),
-        Shape::Hyperboloid { .. } | Shape::Paraboloid { .. } | Shape::Torus { .. } => false,
+/// Adds a copy of a generator that a ray enters. Of one that it leaves, returns the point at which the
+/// ray has entered another copy of the generator while inside this one: at touching copies, rounding may
+/// hide that from the ray.
+fn cross_copy<R: Real>(
+    copies: &mut Vec<(usize, u32, Sighting)>,
+    copy: u32,
+    crossing: &Crossing<R>,
+) -> Option<Sighting> {
+    if crossing.enters {
+        copies.push((crossing.object, copy, crossing.at));
+        return None;
     }
-}
-
-/// The copies of generators that a ray has entered: the index of each copy among all objects, the
-/// generator, and the point of entry.
-#[derive(Default)]
-struct CopyCrossings {
-    entries: Vec<(u32, usize, Sighting)>,
-    /// Generators whose overlap is known already.
-    known: BTreeSet<usize>,
-}
-
-impl CopyCrossings {
-    /// Returns the point at which the ray has entered another copy of the generator while inside
-    /// this one. It is found where the ray leaves a copy: at touching copies, rounding may hide that
-    /// from the ray. Each generator is returned once.
-    fn cross<R: Real>(&mut self, copy: u32, crossing: &Crossing<R>) -> Option<Sighting> {
-        let (object, at) = (crossing.object, crossing.at);
-        if crossing.enters {
-            self.entries.push((copy, object, at));
-            return None;
-        }
-        let (.., start) = *self.entries.iter().rfind(|entry| entry.0 == copy)?;
-        let inside = start.distance..at.distance * (1.0 - OVERLAP);
-        let mut entries = self.entries.iter();
-        let &(.., other) = entries.find(|(other, generator, at)| {
-            *generator == object && *other != copy && inside.contains(&at.distance)
-        })?;
-        self.known.insert(object).then_some(other)
-    }
+    let start = copies
+        .iter()
+        .rfind(|(_, other, _)| *other == copy)?
+        .2
+        .distance;
+    let inside = start..crossing.at.distance * (1.0 - OVERLAP);
+    let is_inside = |(object, other, at): &&(usize, u32, Sighting)| {
+        *object == crossing.object && *other != copy && inside.contains(&at.distance)
+    };
+    Some(copies.iter().find(is_inside)?.2)
 }

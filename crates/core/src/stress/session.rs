@@ -1,15 +1,14 @@
 //! Order of all checks of a scene: its data, then rays and samples of each camera, then the
 //! findings from both.
 
-use super::bodies::sorted;
-use super::light_survey::LightSurvey;
-use super::light_tracer::LightSurveyTask;
+use super::light_survey::{LightSurvey, LightSurveyTask};
 use super::rays::RaySurveyTask;
 use super::samples::SmallRender;
 use super::*;
 use crate::dispatch::{find_collapsed_objects, measure_scene_extent, prepare};
-use crate::prepare::check_cancelled;
+use crate::prepare::{LightLeak, check_cancelled};
 use crate::settings::{Aov, Sampling};
+use crate::topology::find_topologies;
 
 /// Size of each camera's small picture. `PIXELS`: greatest number of pixels, approximately.
 /// `SAMPLES`: greatest number of samples per pixel.
@@ -22,15 +21,15 @@ const REPLICATES: u32 = 2;
 /// Results of the rays and samples of the cameras.
 #[derive(Default)]
 struct CameraResults {
+    /// Rays of each camera.
     rays: Vec<RaySurvey>,
-    lights: Vec<LightSurvey>,
+    lights: LightSurvey,
     pictures: Vec<SmallRender>,
-    depth_losses: Vec<(f64, StressFinding)>,
-    /// Pairs of an emissive object and the cover through which it shines.
-    leaks: BTreeSet<[usize; 2]>,
+    depth_losses: Vec<(f64, Fault)>,
+    leaks: Vec<LightLeak>,
     /// Pairs of objects with a closed gap between them.
     gaps: BTreeSet<[usize; 2]>,
-    findings: Vec<StressFinding>,
+    gap_findings: Vec<Fault>,
 }
 
 /// Checks a scene within a time limit.
@@ -55,7 +54,7 @@ pub(super) fn run_all_checks(
             ..summary
         });
     }
-    facts.topologies = facts.find_topologies();
+    facts.topologies = find_topologies(scene);
     facts.overlaps = facts.find_overlaps();
     facts.duplicates = facts.find_duplicates();
     let (facts, observer) = (&facts, deadline.observer);
@@ -63,15 +62,12 @@ pub(super) fn run_all_checks(
     check_cancelled(observer)?;
     observer.progress(1, steps);
     let mut results = CameraResults::default();
-    let mut ready = prepare(scene, &small_settings(settings, &facts.views[0]), observer)?;
-    for (done, view) in facts.views.iter().enumerate() {
-        if done > 0 && !ready.replace_camera(scene, &view.data) {
-            ready = prepare(scene, &small_settings(settings, view), observer)?;
-        }
-        results.check_camera(facts, &mut ready, view, deadline);
+    let ready = facts.visit_views(settings.precision, observer, |ready, view| {
+        results.check_camera(facts, ready, view, deadline);
         check_cancelled(observer)?;
-        observer.progress(2 + done as u64, steps);
-    }
+        observer.progress(1 + results.rays.len() as u64, steps);
+        Ok(())
+    })?;
     let summary = results.summarise(facts, &ready, deadline);
     observer.progress(steps, steps);
     Ok(summary)
@@ -98,6 +94,45 @@ fn small_settings(settings: &Settings, view: &CameraView) -> Settings {
     }
 }
 
+impl SceneFacts<'_> {
+    /// Prepares the small pictures of all cameras one after the other, in a precision, and calls
+    /// `visit` with each. Returns the last one.
+    fn visit_views(
+        &self,
+        precision: PrecisionChoice,
+        observer: &dyn Observer,
+        mut visit: impl FnMut(&mut ReadyScene, &CameraView) -> Result<(), PrepareError>,
+    ) -> Result<ReadyScene, PrepareError> {
+        let prepare = |view| {
+            let settings = Settings {
+                precision,
+                ..small_settings(self.settings, view)
+            };
+            prepare(self.scene, &settings, observer)
+        };
+        let mut ready = prepare(&self.views[0])?;
+        for (done, view) in self.views.iter().enumerate() {
+            if done > 0 && !ready.replace_camera(self.scene, &view.data) {
+                ready = prepare(view)?;
+            }
+            visit(&mut ready, view)?;
+        }
+        Ok(ready)
+    }
+
+    /// Traces the cameras' rays through the scene in double precision.
+    fn survey_in_doubles(&self, deadline: &RayDeadline<'_>) -> Option<RaySurvey> {
+        let mut survey = RaySurvey::default();
+        let visit = |ready: &mut ReadyScene, _: &CameraView| {
+            let own = ready.run_task(&RaySurveyTask::new(self, ready, deadline));
+            survey = core::mem::take(&mut survey).combine(own);
+            Ok(())
+        };
+        let ready = self.visit_views(PrecisionChoice::Reference, deadline.observer, visit);
+        ready.is_ok().then_some(survey)
+    }
+}
+
 impl CameraResults {
     /// Traces all rays of a camera, renders its small picture and adds the results.
     fn check_camera(
@@ -107,31 +142,22 @@ impl CameraResults {
         view: &CameraView,
         deadline: &RayDeadline<'_>,
     ) {
-        let size = ready.settings().size;
-        self.rays.push(ready.run_task(&RaySurveyTask {
-            facts,
-            size,
-            deadline,
-        }));
-        let lights = LightSurveyTask::new(facts, ready, view, deadline);
-        self.lights.push(ready.run_task(&lights));
-        let picture = SmallRender::render(facts, ready, view, deadline);
+        let rays = ready.run_task(&RaySurveyTask::new(facts, ready, deadline));
+        let lights = ready.run_task(&LightSurveyTask::new(facts, ready, view, deadline));
+        self.lights = core::mem::take(&mut self.lights).combine(lights);
+        let picture = SmallRender::render(ready, view, deadline);
+        self.lights.add_shadow_rays(facts, &picture.light_rays);
         let loss = facts.depth_loss_finding(ready, view, &picture, deadline);
         self.depth_losses.extend(loss);
         self.pictures.push(picture);
-        let (gaps, leaks) = (ready.find_unresolved_gaps(), ready.find_light_leaks());
-        for leak in &leaks {
-            if let (FindingSubject::Object(lamp), cover) = facts.leak_subjects(leak) {
-                self.leaks.insert(sorted([lamp, cover]));
-            }
-        }
-        for gap in &gaps {
-            let pair = [gap.object, gap.other].map(|object| facts.facts_index(object as u32));
-            self.gaps.insert(sorted(pair));
-        }
-        self.findings.extend(facts.gap_findings(&gaps));
-        self.findings
-            .extend(leaks.iter().filter_map(|leak| facts.leak_finding(leak)));
+        self.leaks.extend(ready.find_light_leaks());
+        let gaps = ready.find_unresolved_gaps();
+        let pairs = gaps
+            .iter()
+            .map(|gap| facts.sorted_pair([gap.object, gap.other]));
+        self.gaps.extend(pairs);
+        self.gap_findings.extend(facts.gap_findings(&rays, &gaps));
+        self.rays.push(rays);
     }
 
     /// Returns the findings from the scene's data and from all rays.
@@ -141,37 +167,47 @@ impl CameraResults {
         ready: &ReadyScene,
         deadline: &RayDeadline<'_>,
     ) -> StressSummary {
-        let survey = self
-            .rays
-            .iter()
-            .cloned()
-            .reduce(RaySurvey::combine)
-            .unwrap_or_default();
-        let lights = self
-            .lights
-            .iter()
-            .cloned()
-            .reduce(LightSurvey::combine)
-            .unwrap_or_default();
-        let is_leak = |[a, b]: [usize; 2]| {
-            self.leaks.contains(&[a, b]) && facts.overlaps.gap_between([a, b]) != Some(0.0)
-        };
+        let survey = self.rays.iter().cloned().reduce(RaySurvey::combine);
+        let survey = survey.unwrap_or_default();
+        // What is stored coarsely may be seen as in double precision.
+        let is_robust = facts.settings.precision == PrecisionChoice::Robust;
+        let is_coarse = is_robust && ready.first_unresolved_object().is_some();
+        let exact = is_coarse
+            .then(|| facts.survey_in_doubles(deadline))
+            .flatten();
+        // Where both are in one plane, neither is in front.
+        let gap = |pair: [usize; 2]| facts.overlaps.gap_between(pair);
+        let leaks = self.leaks.iter().filter(|leak| {
+            facts
+                .leaking_pair(leak)
+                .is_none_or(|pair| gap(pair) != Some(0.0))
+        });
+        let leaking: BTreeSet<_> = leaks
+            .clone()
+            .filter_map(|leak| facts.leaking_pair(leak))
+            .collect();
         let is_told = |pair| {
-            let is_flicker = facts.is_flickering_pair(&survey, pair);
-            is_flicker || facts.duplicates.are_duplicates(pair) || is_leak(pair)
+            facts.is_flickering_pair(&survey, pair)
+                || facts.duplicates.are_duplicates(pair)
+                || leaking.contains(&pair)
         };
-        let worst = self
-            .depth_losses
-            .into_iter()
-            .max_by(|a, b| a.0.total_cmp(&b.0));
+        let storage = match facts.settings.precision {
+            PrecisionChoice::Robust => facts.check_storage::<f32>(ready, &survey, exact.as_ref()),
+            PrecisionChoice::Reference => facts.check_storage::<f64>(ready, &survey, None),
+        };
+        let losses = self.depth_losses.into_iter();
+        let worst = losses.max_by(|a, b| a.0.total_cmp(&b.0));
         let pictures = self.pictures.iter();
-        let losses = pictures.flat_map(|picture| picture.loss_findings(facts.settings.size));
         let (energy, furnaces) = facts.run_furnace_tests(&survey, deadline);
-        let mut findings = self.findings;
+        let mut findings = self.gap_findings;
+        findings.extend(leaks.map(|leak| facts.leak_finding(leak)));
         let lists = [
-            losses.collect(),
+            pictures
+                .clone()
+                .flat_map(|picture| picture.loss_findings(facts.settings.size))
+                .collect(),
             energy,
-            facts.check_storage(ready, &survey),
+            storage,
             facts.check_meshes(&survey),
             facts.check_duplicates(&survey),
             facts.check_bodies(&survey, &self.gaps),
@@ -179,49 +215,32 @@ impl CameraResults {
             facts.not_number_findings(&survey),
             facts.check_textures(),
             facts.check_cameras(&self.rays),
-            facts.check_lights(&lights),
-            facts.unreached_light_findings(&lights, &self.pictures),
-            facts.light_by_chance_findings(&lights, &self.pictures),
+            facts.check_lights(&self.lights),
         ];
+        let by_chance = pictures.filter_map(|p| facts.light_by_chance_finding(&self.lights, p));
         let single = [
             worst.map(|(_, finding)| finding),
             facts.depth_limit_finding(),
             facts.sky_spike_finding(),
-            facts.sky_peak_finding(ready, deadline),
         ];
-        findings.extend(
-            lists
-                .into_iter()
-                .flatten()
-                .chain(single.into_iter().flatten()),
-        );
-        facts.add_black_picture_findings(&lights, &self.pictures, &mut findings);
-        let surveyed = self.lights.iter().map(|lights| lights.surveyed).sum();
-        let planned = self
-            .lights
-            .iter()
-            .map(|lights| lights.lights.len() as u64)
-            .sum();
-        let samples = self.pictures.into_iter().map(|picture| picture.run);
-        let samples = samples.reduce(|sum, run| CheckRun {
-            looked_at: sum.looked_at + run.looked_at,
-            planned: sum.planned + run.planned,
-            ..sum
-        });
+        let single = single.into_iter().flatten();
+        findings.extend(lists.into_iter().flatten().chain(single).chain(by_chance));
+        facts.add_black_picture_findings(&self.lights, &self.pictures, &mut findings);
         let run = |name, unit, [looked_at, planned]: [u64; 2]| CheckRun {
             name,
             unit,
             looked_at,
             planned,
         };
-        let mut checks = vec![
-            run("rays of the cameras", "rays", [survey.rays, survey.planned]),
-            run("rays of the lights", "lights", [surveyed, planned]),
-        ];
-        checks.extend(samples);
-        checks.push(run("furnaces", "materials", furnaces));
+        let samples = self.pictures.iter().map(|picture| picture.samples);
+        let samples = samples.fold([0; 2], |[a, b], [c, d]| [a + c, b + d]);
         StressSummary {
-            checks,
+            checks: vec![
+                run("rays of the cameras", "rays", [survey.rays, survey.planned]),
+                run("rays of the lights", "lights", self.lights.surveyed),
+                run("samples", "samples", samples),
+                run("furnaces", "materials", furnaces),
+            ],
             ..facts.summarise(Some(ready), findings)
         }
     }

@@ -1,36 +1,30 @@
 //! Summary of all findings: each cause once, worst first, with the pixels at which cameras see it.
 
-use super::finding::Scope;
 use super::*;
+use crate::fault::Scope;
 
-/// Greatest number of findings that are kept for each pair of severity and code.
+/// Greatest number of findings that are kept for each pair of severity and kind.
 const KEPT: usize = 16;
 /// Share of a ray's length before its end within which a surface counts as the end.
 const NEAR: f64 = 1e-4;
 
 impl SceneFacts<'_> {
     /// Returns the summary: each cause once, worst first. Without a prepared scene, no pixel is set.
-    pub fn summarise(
-        &self,
-        ready: Option<&ReadyScene>,
-        mut findings: Vec<StressFinding>,
-    ) -> StressSummary {
+    pub fn summarise(&self, ready: Option<&ReadyScene>, mut findings: Vec<Fault>) -> StressSummary {
         if self.objects.is_empty() {
-            findings.push(FindingCode::NothingSeen.finding(
-                PictureWrong,
-                FindingSubject::Scene,
+            findings.push(NothingSeen.fault(Subject::Scene,
                 "the scene has no object: the file has no object, or all its objects were left out when it was read",
                 "check the warnings about the file, and whether the file has a mesh with finite vertices",
             ));
         }
         let mut findings = self.merge(self.without_consequences(findings));
         findings.sort_by(|a, b| {
-            let key = |f: &StressFinding| (f.severity, f.code, f.subject);
+            let key = |f: &Fault| (f.severity, f.kind, f.subject);
             (key(a), &a.reason).cmp(&(key(b), &b.reason))
         });
         let (all, mut of_kind) = (findings.len(), BTreeMap::new());
         findings.retain(|finding| {
-            let kept = of_kind.entry((finding.severity, finding.code)).or_insert(0);
+            let kept = of_kind.entry((finding.severity, finding.kind)).or_insert(0);
             *kept += 1;
             *kept <= KEPT
         });
@@ -43,23 +37,24 @@ impl SceneFacts<'_> {
             checks: Vec::new(),
             cameras: [self.views.len(), self.scene.cameras.len().max(1)],
             size: self.views.first().map_or([1, 1], |view| view.size),
+            solid: SolidSummary::from_topologies(self.scene, &self.topologies),
         }
     }
 
     /// Removes the findings that follow from other findings of the list, so that each cause is
     /// reported once.
-    fn without_consequences(&self, mut findings: Vec<StressFinding>) -> Vec<StressFinding> {
-        for &cause in FindingCode::ALL {
+    fn without_consequences(&self, mut findings: Vec<Fault>) -> Vec<Fault> {
+        for &cause in FaultKind::ALL {
             for (scope, codes) in cause.explains() {
-                let causes = findings.iter().filter(|finding| finding.code == cause);
-                let causes: Vec<(FindingSubject, Severity)> = causes
+                let causes = findings.iter().filter(|finding| finding.kind == cause);
+                let causes: Vec<(Subject, Severity)> = causes
                     .flat_map(|finding| {
                         let subjects = finding.others.iter().chain([&finding.subject]);
                         subjects.map(|&subject| (subject, finding.severity))
                     })
                     .collect();
                 findings.retain(|finding| {
-                    let is_explained = |&(subject, severity): &(FindingSubject, Severity)| {
+                    let is_explained = |&(subject, severity): &(Subject, Severity)| {
                         // What is harmless makes nothing else wrong.
                         let is_as_severe = severity <= finding.severity;
                         match scope {
@@ -68,7 +63,7 @@ impl SceneFacts<'_> {
                             Scope::Image => self.reads_image(finding.subject, subject),
                         }
                     };
-                    !(codes.contains(&finding.code) && causes.iter().any(is_explained))
+                    !(codes.contains(&finding.kind) && causes.iter().any(is_explained))
                 });
             }
         }
@@ -77,10 +72,10 @@ impl SceneFacts<'_> {
 
     /// Returns whether a material reads an image. For any other `reader`, returns whether the sky or
     /// any material in use reads it.
-    fn reads_image(&self, reader: FindingSubject, image: FindingSubject) -> bool {
+    fn reads_image(&self, reader: Subject, image: Subject) -> bool {
         let is_it = |name: &str| {
             let index = self.lookup.images.index_of(name);
-            index.map(FindingSubject::Image) == Some(image)
+            index.map(Subject::Image) == Some(image)
         };
         let is_read = |material: &Material| {
             let mut textures = material
@@ -89,7 +84,7 @@ impl SceneFacts<'_> {
             textures.any(|texture| is_it(&texture.image))
         };
         match reader {
-            FindingSubject::Material(index) => is_read(&self.scene.materials[index]),
+            Subject::Material(index) => is_read(&self.scene.materials[index]),
             _ => {
                 matches!(&self.scene.sky, Some(Sky::Map(map)) if is_it(&map.image))
                     || self.used_materials().into_values().any(is_read)
@@ -97,57 +92,45 @@ impl SceneFacts<'_> {
         }
     }
 
-    /// Merges findings that agree in severity, code, reason, remedy and kind of subject. The subject
+    /// Merges findings that agree in severity, kind, reason, remedy and kind of subject. The subject
     /// whose position is nearest to a camera becomes the main subject.
-    fn merge(&self, mut findings: Vec<StressFinding>) -> Vec<StressFinding> {
-        findings.sort_by(|a, b| {
-            let key = |f: &StressFinding| (f.severity, f.code);
-            (key(a), &a.reason, &a.remedy, a.subject).cmp(&(
-                key(b),
-                &b.reason,
-                &b.remedy,
-                b.subject,
-            ))
-        });
-        let kind = |finding: &StressFinding| core::mem::discriminant(&finding.subject);
-        let mut groups: Vec<StressFinding> = Vec::new();
-        for mut finding in findings {
-            let is_one = |last: &&mut StressFinding| {
-                (last.severity, last.code, kind(last))
-                    == (finding.severity, finding.code, kind(&finding))
-                    && (&last.reason, &last.remedy) == (&finding.reason, &finding.remedy)
-            };
-            let Some(last) = groups.last_mut().filter(is_one) else {
-                groups.push(finding);
-                continue;
-            };
-            // Of several cameras.
-            if last.subject == finding.subject || last.others.last() == Some(&finding.subject) {
-                continue;
-            }
-            let distance = |finding: &StressFinding| {
-                let place = finding
-                    .place
-                    .map(|place| self.view_distance_key(place.into()));
-                place.unwrap_or((2, 0.0))
-            };
-            (last.count, last.of) = (last.count + finding.count, last.of + finding.of);
-            if distance(&finding) < distance(last) {
-                (finding.count, finding.of) = (last.count, last.of);
-                core::mem::swap(last, &mut finding);
-                last.others = core::mem::take(&mut finding.others);
-            }
-            last.others.push(finding.subject);
+    fn merge(&self, findings: Vec<Fault>) -> Vec<Fault> {
+        let mut groups: HashMap<_, Vec<Fault>> = HashMap::new();
+        for finding in findings {
+            let subject = core::mem::discriminant(&finding.subject);
+            let words = (finding.reason.clone(), finding.remedy.clone());
+            let key = (finding.severity, finding.kind, subject, words);
+            groups.entry(key).or_default().push(finding);
         }
-        groups
-            .iter_mut()
-            .for_each(|group| group.others.sort_unstable());
-        groups
+        let distance = |finding: &Fault| {
+            let key = finding
+                .place
+                .map(|place| self.view_distance_key(place.into()));
+            key.unwrap_or((2, 0.0))
+        };
+        let merge = |mut group: Vec<Fault>| {
+            group.sort_by_key(|finding| finding.subject);
+            // Of several cameras.
+            group.dedup_by_key(|finding| finding.subject);
+            let [count, of] =
+                [|f: &Fault| f.count, |f: &Fault| f.of].map(|of| group.iter().map(of).sum());
+            let order = |a: &usize, b: &usize| {
+                let [a, b] = [a, b].map(|index| distance(&group[*index]));
+                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+            };
+            let nearest = (0..group.len()).min_by(order).unwrap_or(0);
+            let mut main = group.remove(nearest);
+            main.others
+                .extend(group.iter().map(|finding| finding.subject));
+            main.others.sort_unstable();
+            Fault { count, of, ..main }
+        };
+        groups.into_values().map(merge).collect()
     }
 
     /// Sets the pixel of each finding: that of the first camera that sees its position. A hit
     /// anywhere on the object of a finding without a primitive counts as seen.
-    fn assign_pixels(&self, ready: &ReadyScene, findings: &mut [StressFinding]) {
+    fn assign_pixels(&self, ready: &ReadyScene, findings: &mut [Fault]) {
         let open = findings
             .iter_mut()
             .filter(|finding| finding.pixel.is_none());
@@ -159,7 +142,7 @@ impl SceneFacts<'_> {
                 let end = (DVec3::from(place) - ray.origin).dot(ray.direction) * (1.0 - NEAR);
                 let hits = self.trace(ready, vec![ray]).remove(0);
                 let is_own = |object: usize| {
-                    finding.primitive.is_none() && finding.subject == FindingSubject::Object(object)
+                    finding.primitive.is_none() && finding.subject == Subject::Object(object)
                 };
                 let is_end = |hit: &super::facts::RayHit| hit.distance >= end || is_own(hit.object);
                 let is_seen = hits.iter().any(is_end)

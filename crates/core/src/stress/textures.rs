@@ -7,11 +7,11 @@ use crate::scene::{Channel, ColourSpace, Image, ImageData, MaterialFields, Pixel
 
 impl<'a> SceneFacts<'a> {
     /// Returns the findings about the images that materials in use and the sky read.
-    pub fn check_textures(&self) -> Vec<StressFinding> {
+    pub fn check_textures(&self) -> Vec<Fault> {
         let mut images = BTreeSet::new();
         let mut findings = Vec::new();
         for (index, material) in self.used_materials() {
-            let subject = FindingSubject::Material(index);
+            let subject = Subject::Material(index);
             for reference in material.textures() {
                 images.extend(self.image(reference).map(|(index, _)| index));
                 findings.extend(self.zero_transform_finding(reference, subject));
@@ -61,11 +61,7 @@ impl<'a> SceneFacts<'a> {
 
     /// Returns a finding if a texture's `uv_transform` maps all coordinates to one point of an image
     /// of several colours.
-    fn zero_transform_finding(
-        &self,
-        reference: &TextureRef,
-        subject: FindingSubject,
-    ) -> Option<StressFinding> {
+    fn zero_transform_finding(&self, reference: &TextureRef, subject: Subject) -> Option<Fault> {
         let rows = reference.uv_transform?;
         let is_zero = rows.iter().all(|row| row[..2] == [0.0; 2]);
         let reason = format!(
@@ -74,18 +70,17 @@ impl<'a> SceneFacts<'a> {
         );
         let remedy =
             "set the scale in the first two columns of `uv_transform`, or remove `uv_transform`";
-        let code = FindingCode::NoTextureCoordinates;
         (is_zero && self.image_data(reference).is_some() && !self.is_uniform(reference))
-            .then(|| code.finding(PictureWrong, subject, reason, remedy))
+            .then(|| NoTextureCoordinates.fault(subject, reason, remedy))
     }
 
     /// Returns a finding if a map of directions or numbers is read as colours.
     fn colour_space_finding(
         &self,
         reference: &TextureRef,
-        subject: FindingSubject,
+        subject: Subject,
         slot: &str,
-    ) -> Option<StressFinding> {
+    ) -> Option<Fault> {
         let name = &reference.name;
         // Alpha is a number in any colour space.
         let is_colour = self.lookup.texture(name)?.colour_space == ColourSpace::Srgb
@@ -95,21 +90,18 @@ impl<'a> SceneFacts<'a> {
             "its `{slot}` needs directions or numbers, but the texture `{name}` is read as sRGB colours"
         );
         let remedy = format!("set `colour_space = \"linear\"` for the texture `{name}`");
-        let code = FindingCode::DataReadAsColour;
-        (is_colour && has_codes).then(|| code.finding(PictureWrong, subject, reason, remedy))
+        (is_colour && has_codes).then(|| DataReadAsColour.fault(subject, reason, remedy))
     }
 
     /// Returns a finding if an image used as a normal map holds no normals. In a normal map, blue is
     /// above one half in most texels.
-    fn normal_map_finding(&self, reference: &TextureRef) -> Option<StressFinding> {
+    fn normal_map_finding(&self, reference: &TextureRef) -> Option<Fault> {
         let (index, image) = self.image(reference)?;
         let PixelData::Codes(pixels) = &image.data.as_ref()?.pixels else {
             return None;
         };
         let inwards = pixels.iter().filter(|pixel| pixel[2] < 128).count();
-        let finding = FindingCode::NotANormalMap.finding(
-            PictureWrong,
-            FindingSubject::Image(index),
+        let finding = NotANormalMap.fault(Subject::Image(index),
             "it is used as a normal map, but most of its directions point into the surface: it probably holds heights or colours",
             "use a map of normals, whose colour is mostly light blue",
         );
@@ -118,7 +110,7 @@ impl<'a> SceneFacts<'a> {
     }
 }
 
-fn check_image(index: usize, image: &Image) -> Vec<StressFinding> {
+fn check_image(index: usize, image: &Image) -> Vec<Fault> {
     let Some(data) = image.data.as_deref() else {
         return Vec::new();
     };
@@ -140,9 +132,9 @@ fn check_image(index: usize, image: &Image) -> Vec<StressFinding> {
     ];
     let found = faults.into_iter().filter(|(count, ..)| *count > 0);
     let finding = |(count, total, unit, reason): (u64, u64, &'static str, &str)| {
-        let (code, subject) = (FindingCode::ImageNotLight, FindingSubject::Image(index));
         let remedy = "export the image again, with finite numbers of 0 or more";
-        code.finding(PictureWrong, subject, reason, remedy)
+        ImageNotLight
+            .fault(Subject::Image(index), reason, remedy)
             .with_count(count, total, unit, "had such numbers")
     };
     found.map(finding).collect()
@@ -150,7 +142,7 @@ fn check_image(index: usize, image: &Image) -> Vec<StressFinding> {
 
 impl UsedMesh<'_> {
     /// Returns the first fault of the texture coordinates that the mesh's materials use.
-    pub fn check_texture_coordinates(&self) -> Option<StressFinding> {
+    pub fn check_texture_coordinates(&self) -> Option<Fault> {
         let mut judged = BTreeSet::new();
         self.objects.iter().find_map(|object| {
             let (_, material) = object.material.filter(|(index, _)| judged.insert(*index))?;
@@ -175,34 +167,24 @@ impl UsedMesh<'_> {
         })
     }
 
-    fn missing_uv_finding(&self, object: &ObjectFacts<'_>, set: u32) -> StressFinding {
-        let uvs = self.data.uvs.get(set as usize);
-        let reason = match (set, uvs.is_some_and(|uvs| !uvs.is_empty())) {
-            (_, true) => format!(
-                "its material has an image with set {set} of texture coordinates, but this set of the mesh is (0, 0) everywhere, so that a single texel covers the mesh"
-            ),
-            (0, false) => "its material has an image, but the mesh has no texture coordinates: each triangle shows the same corner of the image".to_owned(),
-            _ => format!(
-                "its material has an image with set {set} of texture coordinates, which the mesh lacks: a single texel covers the mesh"
-            ),
-        };
-        let triangles = 0..self.triangle_count().min(1 << 10) as u32;
-        let places = triangles.map(|triangle| ((), self.triangle_centre(object, triangle)));
-        let nearest = self.facts.nearest_to_camera(places);
+    fn missing_uv_finding(&self, object: &ObjectFacts<'_>, set: u32) -> Fault {
+        let reason = format!(
+            "its material has an image with set {set} of texture coordinates, which the mesh lacks, or which is (0, 0) everywhere: a single texel covers the mesh"
+        );
+        let triangles = self.data.indices.iter().take(1 << 10);
+        let triangles = (0..).zip(triangles.map(|corners| &corners[..]));
         let remedy =
             "export the mesh with texture coordinates, or remove the image from the material";
-        FindingCode::NoTextureCoordinates
-            .wrong(object.index, reason, remedy)
-            .with_place(nearest.map(|(_, place)| place))
+        let fault = NoTextureCoordinates.fault(object.index, reason, remedy);
+        Fault {
+            primitive: None,
+            ..self.mark_nearest(fault, object, triangles)
+        }
     }
 
     /// Finds triangles whose texture coordinates span no area, so that a normal map has no tangent
     /// direction.
-    fn flat_uv_finding(
-        &self,
-        object: &ObjectFacts<'_>,
-        material: &Material,
-    ) -> Option<StressFinding> {
+    fn flat_uv_finding(&self, object: &ObjectFacts<'_>, material: &Material) -> Option<Fault> {
         let MaterialModel::Physical(m) = &material.model else {
             return None;
         };
@@ -217,13 +199,13 @@ impl UsedMesh<'_> {
         };
         let triangles = 0..self.triangle_count() as u32;
         let tally: CountAndFirst = triangles.filter(is_flat).collect();
-        let finding = FindingCode::FlatTextureCoordinates.finding(
-            Severity::if_seen(2 * tally.count > self.triangle_count()),
-            object.subject(),
+        let finding = FlatTextureCoordinates.fault(
+            object.index,
             "the texture coordinates of triangles with a normal map span no area, so that the map has no tangent directions there",
             "unwrap the mesh again in the modelling program, or export it with tangents",
         );
         let label = (&tally, "had such coordinates");
+        let finding = finding.if_seen(2 * tally.count > self.triangle_count());
         (tally.count > 0).then(|| self.with_triangles(finding, object, label))
     }
 }

@@ -14,7 +14,7 @@ pub(super) const ROUNDINGS: f64 = 4.0;
 pub(super) struct CameraView {
     /// Index in the scene's list of cameras; 0 for an automatically framed camera.
     pub index: usize,
-    pub subject: FindingSubject,
+    pub subject: Subject,
     pub data: Camera,
     pub size: [u32; 2],
     prepared: PreparedCamera<f64>,
@@ -28,7 +28,7 @@ impl CameraView {
         let view = |index, subject, data: Camera| Self {
             prepared: PreparedCamera::new(&data, size),
             index,
-            subject: FindingSubject::Camera(subject),
+            subject: Subject::Camera(subject),
             data,
             size,
         };
@@ -62,24 +62,17 @@ impl CameraView {
         self.prepared.generate_ray(x, y, [0.5; 2])
     }
 
-    /// Returns rays through the middles of a grid of cells of a rectangle in the picture.
-    pub fn grid_rays(
-        &self,
-        [low, high]: [[f64; 2]; 2],
-        [width, height]: [u32; 2],
-    ) -> Vec<Ray<f64>> {
+    /// Returns rays through the middles of a grid of cells of the picture.
+    pub fn grid_rays(&self, [width, height]: [u32; 2]) -> Vec<Ray<f64>> {
         let ray = |i: u32| {
-            let share = [(i % width, width), (i / width, height)]
-                .map(|(cell, total)| (f64::from(cell) + 0.5) / f64::from(total));
-            let at = |axis: usize| low[axis] + share[axis] * (high[axis] - low[axis]);
+            let cells = [(i % width, width), (i / width, height)];
+            let at = |axis: usize| {
+                let (cell, total) = cells[axis];
+                (f64::from(cell) + 0.5) / f64::from(total) * f64::from(self.size[axis])
+            };
             self.ray_through_pixel([at(0), at(1)])
         };
         (0..width * height).map(ray).collect()
-    }
-
-    /// Returns the corners of the picture: the upper left and the lower right one, in pixels.
-    pub fn rectangle(&self) -> [[f64; 2]; 2] {
-        [[0.0; 2], self.size.map(f64::from)]
     }
 
     pub fn distance_from_eye(&self, point: DVec3) -> f64 {

@@ -1,7 +1,7 @@
 //! Lights without any contribution are reported, and no others.
 
 use raywright_core::Settings;
-use raywright_core::prepare::UnreachedLight;
+use raywright_core::prepare::{LampRef, LightRays};
 use raywright_core::scene::{Integrator, Scene};
 use raywright_core::settings::{LightSampling, Sampling};
 use raywright_core::{ReadyScene, prepare};
@@ -38,7 +38,7 @@ fn told(
     samples: u32,
     light_sampling: LightSampling,
     tile_size: u32,
-) -> Vec<UnreachedLight> {
+) -> Vec<LightRays> {
     let settings = Settings {
         size: [24, 16],
         sampling: Sampling::General(samples),
@@ -54,7 +54,8 @@ fn told(
             .render_part(&mut film, &ready.new_film("").full_part(), &())
             .expect("its own film");
         assert_eq!(film.unfinished_pixels(), 0);
-        ready.find_unreached_lights(&film)
+        let rays = ready.light_rays(&film).into_iter();
+        rays.filter(LightRays::is_unreached).collect::<Vec<_>>()
     };
     let first = unreached(&ready);
     assert_eq!(unreached(&ready), first, "a render counts its own rays");
@@ -68,13 +69,15 @@ fn told(
 fn what_lights_nothing_is_told() {
     let unreached = told(&scene(true), 64, LightSampling::Both, 32);
     let [
-        UnreachedLight::Light {
-            index: 1,
-            rays: to_light,
+        LightRays {
+            lamp: LampRef::Light(1),
+            blocked: to_light,
+            ..
         },
-        UnreachedLight::Object {
-            index: 2,
-            rays: to_lamp,
+        LightRays {
+            lamp: LampRef::Object(2),
+            blocked: to_lamp,
+            ..
         },
     ] = unreached[..]
     else {
@@ -112,5 +115,6 @@ fn what_lights_nothing_is_told() {
     ready
         .render_part(&mut film, &ready.new_film("").full_part(), &())
         .expect("its own film");
-    assert_eq!(ready.find_unreached_lights(&film), []);
+    let rays = ready.light_rays(&film);
+    assert!(!rays.iter().any(LightRays::is_unreached), "{rays:?}");
 }

@@ -16,10 +16,9 @@ mod sides;
 mod strays;
 mod touching;
 
+use raywright_core::fault::{Fault, FaultKind, Severity};
 use raywright_core::scene::Scene;
-use raywright_core::stress::{
-    FindingCode, Severity, StressEffort, StressFinding, StressSummary, stress,
-};
+use raywright_core::stress::{StressEffort, StressSummary, stress};
 use raywright_core::{Settings, validate};
 use serde_json::{Value, json};
 
@@ -74,10 +73,10 @@ fn summarise_findings(scene: &Scene) -> StressSummary {
     stress(scene, &Settings::from_scene(scene), &effort, &()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn listed(findings: &[StressFinding]) -> Vec<(&'static str, Severity, u64)> {
+fn listed(findings: &[Fault]) -> Vec<(&'static str, Severity, u64)> {
     findings
         .iter()
-        .map(|finding| (finding.code.name(), finding.severity, finding.count))
+        .map(|finding| (finding.kind.name(), finding.severity, finding.count))
         .collect()
 }
 
@@ -86,13 +85,13 @@ fn listed(findings: &[StressFinding]) -> Vec<(&'static str, Severity, u64)> {
 #[track_caller]
 fn expect_finding(
     scene: &Scene,
-    code: FindingCode,
+    code: FaultKind,
     severity: Severity,
-    follows: &[FindingCode],
-) -> StressFinding {
+    follows: &[FaultKind],
+) -> Fault {
     let report = summarise_findings(scene);
     let all = listed(&report.findings);
-    let finding = report.findings.iter().find(|finding| finding.code == code);
+    let finding = report.findings.iter().find(|finding| finding.kind == code);
     let finding = finding
         .unwrap_or_else(|| panic!("{} is not found: {all:?}", code.name()))
         .clone();
@@ -100,10 +99,10 @@ fn expect_finding(
     let others = report
         .findings
         .iter()
-        .filter(|other| other.code != code && other.severity == PictureWrong);
+        .filter(|other| other.kind != code && other.severity == PictureWrong);
     let strange: Vec<_> = others
-        .filter(|other| !follows.contains(&other.code))
-        .map(|other| other.code)
+        .filter(|other| !follows.contains(&other.kind))
+        .map(|other| other.kind)
         .collect();
     assert!(strange.is_empty(), "{}: {all:?}", code.name());
     assert!(!finding.reason.is_empty() && !finding.remedy.is_empty() && !report.is_cut_short());
@@ -112,7 +111,7 @@ fn expect_finding(
 
 /// Asserts that the fault is the only finding.
 #[track_caller]
-fn alone(scene: &Scene, code: FindingCode, severity: Severity) -> StressFinding {
+fn alone(scene: &Scene, code: FaultKind, severity: Severity) -> Fault {
     let finding = expect_finding(scene, code, severity, &[]);
     let all = summarise_findings(scene).findings;
     assert_eq!(all.len(), 1, "{:?}", listed(&all));
@@ -139,7 +138,7 @@ fn a_scene_without_fault_has_no_findings() {
 fn a_scene_without_objects() {
     alone(
         &scene(&json!({ "objects": [] })),
-        FindingCode::NothingSeen,
+        FaultKind::NothingSeen,
         PictureWrong,
     );
 }
@@ -147,7 +146,7 @@ fn a_scene_without_objects() {
 /// Protects: each kind of finding has a unique name in lower case.
 #[test]
 fn names_are_names() {
-    let mut names: Vec<&str> = FindingCode::ALL.iter().map(|code| code.name()).collect();
+    let mut names: Vec<&str> = FaultKind::ALL.iter().map(|code| code.name()).collect();
     assert!(
         names
             .iter()
@@ -155,7 +154,7 @@ fn names_are_names() {
     );
     names.sort_unstable();
     names.dedup();
-    assert_eq!(names.len(), FindingCode::ALL.len());
+    assert_eq!(names.len(), FaultKind::ALL.len());
 }
 
 /// Protects: eight faults of one scene are all found, worst first.
@@ -176,18 +175,18 @@ fn eight_faults_of_one_scene() {
     many.cameras[0].aspect = Some(3.0);
     let findings = summarise_findings(&many).findings;
     let expected = [
-        FindingCode::EnergyMade,
-        FindingCode::OpenBody,
-        FindingCode::LightMissesScene,
-        FindingCode::LampBelowPixel,
-        FindingCode::DuplicateLight,
-        FindingCode::DuplicateObject,
-        FindingCode::DegenerateTriangles,
-        FindingCode::StretchedPicture,
+        FaultKind::EnergyMade,
+        FaultKind::OpenBody,
+        FaultKind::LightMissesScene,
+        FaultKind::LampBelowPixel,
+        FaultKind::DuplicateLight,
+        FaultKind::DuplicateObject,
+        FaultKind::DegenerateTriangles,
+        FaultKind::StretchedPicture,
     ];
     for code in expected {
         assert!(
-            findings.iter().any(|finding| finding.code == code),
+            findings.iter().any(|finding| finding.kind == code),
             "{}: {:?}",
             code.name(),
             listed(&findings)

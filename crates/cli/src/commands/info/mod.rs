@@ -7,6 +7,7 @@ use std::path::Path;
 
 use raywright_core::extent::SceneExtent;
 use raywright_core::scene::{Image, SamplePattern, Shape, Sky};
+use raywright_core::topology::SolidSummary;
 use raywright_core::{
     Scene, SceneLookup, Settings, estimate_scene_memory, generate, measure_scene_extent,
 };
@@ -55,6 +56,7 @@ fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
     let SceneExtent { bounds, unbounded } = measure_scene_extent(scene, settings.precision);
     // Least and greatest corner of the box around all bounded shapes.
     let bounds = (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]);
+    let solid = SolidSummary::from_scene(scene);
     // Upper bound of a render's memory.
     let memory = estimate_scene_memory(scene, &settings).bytes_by_purpose();
     let hash = loaded.hash.to_string();
@@ -78,6 +80,7 @@ fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
         "animations": contents.animations.iter().map(animation).collect::<Vec<_>>(),
         "extensions": contents.extensions.iter().map(extension).collect::<Vec<_>>(),
         "bounds": bounds,
+        "solid": solid,
         "memory": memory.iter().copied().collect::<BTreeMap<_, _>>(),
         "hash": hash,
     });
@@ -110,6 +113,10 @@ fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
             join_items(contents.extensions.iter().map(describe_extension)),
         ),
         ("bounds", describe_bounds(bounds, unbounded)),
+        (
+            "closed",
+            solid.as_ref().map_or_else(String::new, ToString::to_string),
+        ),
         ("memory", format_memory_parts(&memory)),
         ("hash", hash),
     ];

@@ -6,7 +6,8 @@ use raywright_core::denoise::FEWEST_SAMPLES;
 use raywright_core::display::exposure::{Clipping, MOST_CLIPPED};
 use raywright_core::effects::EffectReport;
 use raywright_core::film::{EstimateDoubt, Film, Uncertainty};
-use raywright_core::prepare::{LampRef, LightLeak, UnreachedLight};
+use raywright_core::fault::Subject;
+use raywright_core::prepare::{LampRef, LightLeak, LightRays};
 use raywright_core::scene::Shape;
 use raywright_core::settings::{PrecisionChoice, Settings};
 use raywright_core::{ReadyScene, RenderOutput};
@@ -27,25 +28,15 @@ use crate::session::StageSeconds;
 use crate::table::format_rows;
 use crate::targets::OutputTarget;
 
-/// Formats the name of a light without size for a message, or its number in the scene, counted from
-/// one.
+/// Formats the name of a light without size for a message.
 fn light_name(loaded: &LoadedScene, index: usize) -> String {
-    let light = loaded.scene.lights.get(index);
-    format_name("light", light.map(|light| light.name.as_str()), index)
+    mask_to_one_line(&Subject::Light(index).display_name(&loaded.scene))
 }
 
-/// Formats the name of an object for a message, or its number in the scene, counted from one.
-/// Generated objects are numbered after the listed objects.
+/// Formats the name of an object for a message, given its index among all objects.
 fn object_name(loaded: &LoadedScene, index: usize) -> String {
-    let object = loaded.scene.objects.get(index);
-    format_name("object", object.map(|object| object.name.as_str()), index)
-}
-
-fn format_name(kind: &str, name: Option<&str>, index: usize) -> String {
-    match name.unwrap_or_default() {
-        "" => format!("{kind} {}", index + 1),
-        name => format!("{kind} `{}`", mask_to_one_line(name)),
-    }
+    let subject = Subject::from_object_index(&loaded.scene, index);
+    mask_to_one_line(&subject.display_name(&loaded.scene))
 }
 
 /// Warns of the effects that are left out, and prints all effects in verbose runs.
@@ -338,15 +329,13 @@ pub(super) fn note_exposure(
 /// box may be intended.
 pub(super) fn note_unreached_lights(picture: &RenderedPicture<'_>, notes: &mut Notes) {
     let RenderedPicture { loaded, .. } = *picture;
-    let unreached_lights = picture.ready.find_unreached_lights(picture.film);
-    let light = |one_unreached_light: &UnreachedLight| match *one_unreached_light {
-        UnreachedLight::Light { index, .. } => light_name(loaded, index),
-        UnreachedLight::Object { index, .. } => object_name(loaded, index),
+    let all = picture.ready.light_rays(picture.film).into_iter();
+    let unreached_lights: Vec<LightRays> = all.filter(LightRays::is_unreached).collect();
+    let light = |unreached: &LightRays| match unreached.lamp {
+        LampRef::Light(index) => light_name(loaded, index),
+        LampRef::Object(index) => object_name(loaded, index),
     };
-    let rays: u64 = unreached_lights
-        .iter()
-        .map(|&(UnreachedLight::Light { rays, .. } | UnreachedLight::Object { rays, .. })| rays)
-        .sum();
+    let rays: u64 = unreached_lights.iter().map(|light| light.blocked).sum();
     let stopped = format!(
         "all {rays} rays to surfaces were blocked; if this is not intended, move the light out of the object that encloses it"
     );

@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use raywright_core::stress::{
-    CheckRun, Severity, StressFinding, StressSummary, count_with_unit, format_decimal,
-};
+use raywright_core::fault::{Fault, Severity, count_with_unit, format_decimal};
+use raywright_core::stress::{CheckRun, StressSummary};
 use raywright_io::{LoadedScene, Warning};
 
-use super::{group_overlaid_marks, list_unmarked};
+use super::describe_marks;
 use crate::console::{self, Verbosity, mask_to_one_line};
 use crate::table::{wrap_paragraph, wrap_text};
 
@@ -38,9 +37,13 @@ impl StressText<'_> {
         }
         let more = count_with_unit(report.left_out as u64, "findings");
         let more = format!("and {more} more of the same kinds");
+        let picture = self.picture.map(Path::display);
+        let marks = picture.map(|picture| format!("{picture}: {}", describe_marks(report)));
+        let solid = report.solid.as_ref();
         let paragraphs = [
+            solid.map(|solid| format!("closed: {solid}")),
             (report.left_out > 0).then_some(more),
-            self.describe_picture_marks(),
+            marks,
             Some(describe_checks(report, seconds)),
         ];
         for paragraph in paragraphs.iter().flatten() {
@@ -74,7 +77,7 @@ impl StressText<'_> {
     }
 
     /// Returns the subject of a finding and up to three others with the same fault.
-    fn format_subjects(&self, found: &StressFinding) -> String {
+    fn format_subjects(&self, found: &Fault) -> String {
         let scene = &self.loaded.scene;
         let mut words = found.subject.display_name(scene);
         for other in found.others.iter().take(MOST_NAMES) {
@@ -88,13 +91,13 @@ impl StressText<'_> {
 
     /// Returns the text of a finding: subject and code, place, reason, count and remedy. One that is
     /// harmless takes a line with its count, unless `-v` asks for more.
-    fn format_finding(&self, number: usize, found: &StressFinding) -> String {
+    fn format_finding(&self, number: usize, found: &Fault) -> String {
         const INDENT: usize = 6;
         let room = console::line_width().unwrap_or(usize::MAX);
         let mut lines = vec![format!(
             "{} - {}",
             self.format_subjects(found),
-            found.code.name()
+            found.kind.name()
         )];
         let count = found.count_text().unwrap_or_default();
         if found.severity < Severity::Harmless || self.verbosity == Verbosity::Verbose {
@@ -112,7 +115,7 @@ impl StressText<'_> {
     }
 
     /// Returns the place of a finding: in the file, in the mesh, in the world and in the picture.
-    fn format_location(&self, found: &StressFinding) -> String {
+    fn format_location(&self, found: &Fault) -> String {
         let path = found.subject.scene_path(&self.loaded.scene);
         let in_file = || self.loaded.source.format_value_position(&path);
         let pixel = match (found.place, found.pixel) {
@@ -130,31 +133,6 @@ impl StressText<'_> {
             pixel,
         ];
         places.into_iter().flatten().collect::<Vec<_>>().join(", ")
-    }
-
-    /// Returns a sentence about the picture: findings without a mark, and overlapping marks. `None`
-    /// without a picture.
-    fn describe_picture_marks(&self) -> Option<String> {
-        let picture = self.picture?;
-        let unmarked = list_unmarked(self.report);
-        let name = picture.display();
-        if self.report.findings.is_empty() {
-            return Some(format!("{name}: nothing to mark"));
-        }
-        let mut text = match unmarked.is_empty() {
-            true => format!("{name}: the picture has a mark at each finding"),
-            false => format!(
-                "{name}: no mark for findings {}: the first camera sees none of their positions",
-                unmarked.join(", ")
-            ),
-        };
-        for numbers in group_overlaid_marks(self.report) {
-            text += &format!(
-                "; the marks of findings {} lie over each other",
-                numbers.join(", ")
-            );
-        }
-        Some(text)
     }
 }
 
@@ -198,7 +176,7 @@ fn describe_checks(report: &StressSummary, seconds: f64) -> String {
             count_with_unit(total as u64, "cameras")
         );
     }
-    let has_pixel = |found: &StressFinding| found.pixel.is_some();
+    let has_pixel = |found: &Fault| found.pixel.is_some();
     if report.findings.iter().any(has_pixel) {
         let [width, height] = report.size;
         message += &format!("; pixels are those of a picture of {width} x {height}");

@@ -1,14 +1,14 @@
 //! Causes that findings name, and counts of faults with a common cause.
 
-use raywright_core::stress::FindingSubject;
+use raywright_core::fault::Subject;
 
 use super::meshes::cube;
 use super::*;
 
-fn found(scene: &Scene, code: FindingCode) -> Vec<StressFinding> {
+fn found(scene: &Scene, code: FaultKind) -> Vec<Fault> {
     let all = summarise_findings(scene).findings;
     all.into_iter()
-        .filter(|finding| finding.code == code)
+        .filter(|finding| finding.kind == code)
         .collect()
 }
 
@@ -21,7 +21,7 @@ fn a_far_ball_that_is_seen_as_in_doubles_is_harmless() {
                       "projection": { "pinhole": { "vertical_fov": 40 } } }],
         "objects": [object("far", ball([1e6, 0.0, 0.0], 1.0), "paint"), object("near", ball([0.0; 3], 1.0), "other")],
     }));
-    let findings = found(&far, FindingCode::UnresolvedObject);
+    let findings = found(&far, FaultKind::UnresolvedObject);
     let finding = findings.first().expect("a finding");
     assert_eq!(finding.severity, Harmless, "{finding:?}");
     assert!(finding.reason.contains("0 of "), "{finding:?}");
@@ -54,7 +54,7 @@ fn many_far_balls_are_judged_as_few_are() {
                               "projection": { "pinhole": { "vertical_fov": 40 } } }],
                 "objects": far.chain(near).collect::<Vec<_>>(),
             }));
-            let findings = found(&balls, FindingCode::UnresolvedObject);
+            let findings = found(&balls, FaultKind::UnresolvedObject);
             assert!(
                 !findings.is_empty()
                     && findings.iter().all(|finding| finding.severity == severity
@@ -77,13 +77,13 @@ fn the_far_object_is_blamed_and_not_the_ground() {
         "objects": [object("ground", ground, "paint"), object("ball", ball([0.0; 3], 1.0), "other"),
                     object("far", json!({ "mesh": "far" }), "other")],
     }));
-    let findings = found(&shapes, FindingCode::UnresolvedObject);
+    let findings = found(&shapes, FaultKind::UnresolvedObject);
     for finding in &findings {
-        assert_eq!(finding.subject, FindingSubject::Object(2), "{finding:?}");
+        assert_eq!(finding.subject, Subject::Object(2), "{finding:?}");
     }
     assert!(!findings.is_empty());
     assert!(
-        findings[0].reason.contains("objects[0] `ground`"),
+        findings[0].reason.contains("object `ground`"),
         "{findings:?}"
     );
 }
@@ -95,7 +95,7 @@ fn nested_bodies_are_one_finding() {
     let objects: Vec<Value> = (1..=6).map(nested).collect();
     let findings = found(
         &scene(&json!({ "objects": objects })),
-        FindingCode::NestedGlass,
+        FaultKind::NestedGlass,
     );
     let [finding] = &findings[..] else {
         panic!("{findings:?}");
@@ -117,7 +117,7 @@ fn copies_of_generators_in_one_place() {
     };
     let of = |generators: Value| {
         let scene = scene(&json!({ "generators": generators, "objects": [] }));
-        found(&scene, FindingCode::DuplicateObject)
+        found(&scene, FaultKind::DuplicateObject)
     };
     assert!(of(json!([copies("paint", 5, 0.7)])).is_empty());
     for (material, count, severity) in [
@@ -158,11 +158,8 @@ fn a_black_picture_names_its_cover() {
         paint("other", json!({ "base_colour": 0.2 })),
         lamp
     ]);
-    for (of, name) in [
-        (room, "objects[1] `walls`"),
-        (scene(&shut), "objects[2] `shade`"),
-    ] {
-        let findings = found(&of, FindingCode::BlackPicture);
+    for (of, name) in [(room, "object `walls`"), (scene(&shut), "object `shade`")] {
+        let findings = found(&of, FaultKind::BlackPicture);
         let [finding] = &findings[..] else {
             panic!("{name}: {:?}", summarise_findings(&of).findings);
         };
@@ -180,7 +177,7 @@ fn a_black_picture_under_a_sky_with_a_tiny_sun() {
     let dark = scene(
         &json!({ "sky": { "expression": "1e9 * step(0.9999999, dot(d, normalize([1, 2, 1])))" } }),
     );
-    let finding = alone(&dark, FindingCode::BlackPicture, PictureWrong);
+    let finding = alone(&dark, FaultKind::BlackPicture, PictureWrong);
     assert!(
         finding.reason.contains("`expression`") && finding.remedy.contains("`suns`"),
         "{finding:?}"
@@ -196,11 +193,7 @@ fn a_mesh_without_area_is_the_cause() {
     });
     flat["name"] = json!("flat");
     let mut parts = json!({ "meshes": [flat], "objects": [object("flat", json!({ "mesh": "flat" }), "paint")] });
-    let finding = alone(
-        &scene(&parts),
-        FindingCode::DegenerateTriangles,
-        PictureWrong,
-    );
+    let finding = alone(&scene(&parts), FaultKind::DegenerateTriangles, PictureWrong);
     assert!(
         finding.reason.contains("scale of 0") && finding.remedy.contains("scale of 0"),
         "{finding:?}"
@@ -209,7 +202,7 @@ fn a_mesh_without_area_is_the_cause() {
         object("flat", json!({ "mesh": "flat" }), "paint"),
         object("ball", ball([0.0; 3], 1.0), "paint")
     ]);
-    let findings = found(&scene(&parts), FindingCode::DegenerateTriangles);
+    let findings = found(&scene(&parts), FaultKind::DegenerateTriangles);
     assert_eq!(findings[0].severity, Harmless);
 }
 
@@ -226,7 +219,7 @@ fn coplanar_surfaces_give_the_number_that_decides() {
             "objects": [object("floor", sheet(floor, 0.0), "paint"), object("rug", sheet(1.0, y), "other")],
         }))
     };
-    let harmless = found(&of(5.0, 1e-6), FindingCode::CoplanarSurfaces);
+    let harmless = found(&of(5.0, 1e-6), FaultKind::CoplanarSurfaces);
     assert_eq!(harmless[0].severity, Harmless, "{harmless:?}");
     let reason = &harmless[0].reason;
     assert!(
@@ -236,7 +229,7 @@ fn coplanar_surfaces_give_the_number_that_decides() {
         "{reason}"
     );
     assert!(harmless[0].remedy.starts_with("nothing"), "{harmless:?}");
-    let wrong = found(&of(5.0, 0.0), FindingCode::CoplanarSurfaces);
+    let wrong = found(&of(5.0, 0.0), FaultKind::CoplanarSurfaces);
     assert_eq!(wrong[0].severity, PictureWrong, "{wrong:?}");
     assert!(
         wrong[0]

@@ -55,7 +55,7 @@ fn linear(width: u32, texels: impl Fn(u32) -> [f32; 4]) -> Option<ImageData> {
 fn materials_that_make_light() {
     let finding = alone(
         &painted(json!({ "base_colour": 1.4 })),
-        FindingCode::EnergyMade,
+        FaultKind::EnergyMade,
         PictureWrong,
     );
     assert!(
@@ -65,7 +65,7 @@ fn materials_that_make_light() {
     );
     let finding = alone(
         &painted(json!({ "base_colour": "sqrt(p.x - 100)" })),
-        FindingCode::ValuesNotNumbers,
+        FaultKind::ValuesNotNumbers,
         PictureWrong,
     );
     assert!(
@@ -78,11 +78,11 @@ fn materials_that_make_light() {
         "linear",
         linear(8, |i| [if i == 2 { 8.0 } else { 0.1 }; 4]),
     );
-    alone(&hdr, FindingCode::EnergyMade, PictureWrong);
+    alone(&hdr, FaultKind::EnergyMade, PictureWrong);
     // The furnace's ball shows little of the bright part.
     let in_part =
         json!({ "base_colour": "vec3(0.6 + 0.9*step(0.2, p.y))", "metallic": 1, "roughness": 0.1 });
-    let finding = alone(&painted(in_part), FindingCode::EnergyMade, PictureWrong);
+    let finding = alone(&painted(in_part), FaultKind::EnergyMade, PictureWrong);
     assert!(finding.reason.contains("1.500"), "{finding:?}");
 }
 
@@ -91,7 +91,7 @@ fn materials_that_make_light() {
 fn glass_deeper_than_any_path() {
     let mut shallow = painted(json!({ "transmission": 1, "roughness": 0 }));
     shallow.render.max_depth = 2;
-    expect_finding(&shallow, FindingCode::DepthBelowGlass, PictureWrong, &[]);
+    expect_finding(&shallow, FaultKind::DepthBelowGlass, PictureWrong, &[]);
 }
 
 /// Protects: images with invalid texels or used for the wrong purpose are found.
@@ -106,7 +106,7 @@ fn images() {
     let hole = |i: u32| [if i == 5 { f32::NAN } else { 0.02 * i as f32 }; 4];
     alone(
         &with_image(base(), "linear", linear(8, hole)),
-        FindingCode::ImageNotLight,
+        FaultKind::ImageNotLight,
         PictureWrong,
     );
     let normals = |i: u32| [120 + (i % 16) as u8, 128, 250, 255];
@@ -117,7 +117,7 @@ fn images() {
     );
     let finding = alone(
         &with_image(curved(), "srgb", codes(normals)),
-        FindingCode::DataReadAsColour,
+        FaultKind::DataReadAsColour,
         PictureWrong,
     );
     assert!(
@@ -127,7 +127,7 @@ fn images() {
     );
     expect_finding(
         &with_image(curved(), "linear", codes(|i| [4 * i as u8 / 2; 4])),
-        FindingCode::NotANormalMap,
+        FaultKind::NotANormalMap,
         PictureWrong,
         &[],
     );
@@ -156,7 +156,7 @@ fn images_of_numbers() {
         ),
     ] {
         let scene = with_image(terms, "srgb", codes(varied));
-        let finding = alone(&scene, FindingCode::DataReadAsColour, PictureWrong);
+        let finding = alone(&scene, FaultKind::DataReadAsColour, PictureWrong);
         assert!(finding.reason.contains(slot), "{finding:?}");
     }
     for terms in [
@@ -183,7 +183,7 @@ fn texture_coordinates_times_zero() {
     };
     alone(
         &of([[0.0, 0.0, 0.3], [0.0, 0.0, 0.3]]),
-        FindingCode::NoTextureCoordinates,
+        FaultKind::NoTextureCoordinates,
         PictureWrong,
     );
     let turned = of([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
@@ -212,7 +212,7 @@ fn texture_coordinates() {
     };
     expect_finding(
         &cube(None, json!({ "base_colour_texture": texture() })),
-        FindingCode::NoTextureCoordinates,
+        FaultKind::NoTextureCoordinates,
         PictureWrong,
         &[],
     );
@@ -222,7 +222,7 @@ fn texture_coordinates() {
             Some(vec![[0.0; 2]; 8]),
             json!({ "base_colour_texture": texture() }),
         ),
-        FindingCode::NoTextureCoordinates,
+        FaultKind::NoTextureCoordinates,
         PictureWrong,
         &[],
     );
@@ -233,7 +233,7 @@ fn texture_coordinates() {
     let same = Some(vec![[0.5, 0.5]; 8]);
     expect_finding(
         &cube(same, json!({ "normal_texture": texture() })),
-        FindingCode::FlatTextureCoordinates,
+        FaultKind::FlatTextureCoordinates,
         PictureWrong,
         &[],
     );
@@ -258,7 +258,7 @@ fn skies() {
     let sun = |i: u32| if i == 9000 { [60000.0; 4] } else { varied(i) };
     expect_finding(
         &under(linear(256, sun)),
-        FindingCode::SkySpikes,
+        FaultKind::SkySpikes,
         SlowOrNoisy,
         &[],
     );
@@ -270,7 +270,7 @@ fn skies() {
             false => varied(i),
         };
         let all = summarise_findings(&under(linear(256, top))).findings;
-        let found = all.iter().any(|f| f.code == FindingCode::SkySpikes);
+        let found = all.iter().any(|f| f.kind == FaultKind::SkySpikes);
         assert_eq!(found, is_found, "{rows}: {all:?}");
     }
     let hole = |i: u32| {
@@ -282,7 +282,7 @@ fn skies() {
     };
     alone(
         &under(linear(256, hole)),
-        FindingCode::ImageNotLight,
+        FaultKind::ImageNotLight,
         PictureWrong,
     );
 }

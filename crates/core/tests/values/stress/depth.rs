@@ -34,7 +34,7 @@ fn behind_panes(count: u32, material: &str, max_depth: u32) -> Scene {
 fn glass_deeper_than_the_paths() {
     for (count, material) in [(4, "glass"), (4, "thin")] {
         let shallow = behind_panes(count, material, 8);
-        let finding = alone(&shallow, FindingCode::DepthBelowGlass, PictureWrong);
+        let finding = alone(&shallow, FaultKind::DepthBelowGlass, PictureWrong);
         assert!(finding.reason.contains("at most 8 segments"), "{finding:?}");
         let words = finding
             .remedy
@@ -55,7 +55,7 @@ fn glass_deeper_than_the_paths() {
     );
     assert_eq!(listed(&summarise_findings(&globe).findings), []);
     globe.render.max_depth = 3;
-    expect_finding(&globe, FindingCode::DepthBelowGlass, PictureWrong, &[]);
+    expect_finding(&globe, FaultKind::DepthBelowGlass, PictureWrong, &[]);
 }
 
 /// Protects: light that only reflections lose at the depth limit is not blamed on glass. Two pieces
@@ -72,7 +72,7 @@ fn reflections_are_not_blamed_on_glass() {
         "render": { "size": [96, 54], "samples": 8, "integrator": "path", "max_depth": 8 },
     });
     let found = summarise_findings(&scene(&lit)).findings;
-    let is_deep = |found: &StressFinding| found.code == FindingCode::DepthBelowGlass;
+    let is_deep = |found: &Fault| found.kind == FaultKind::DepthBelowGlass;
     assert!(!found.iter().any(is_deep), "{:?}", listed(&found));
 }
 
@@ -88,7 +88,7 @@ fn each_camera_has_the_depth_of_the_scene() {
     let alone = summarise_findings(&views);
     views.cameras.push(first);
     let both = summarise_findings(&views);
-    let is_deep = |found: &StressFinding| found.code == FindingCode::DepthBelowGlass;
+    let is_deep = |found: &Fault| found.kind == FaultKind::DepthBelowGlass;
     assert!(
         !alone.findings.iter().any(is_deep),
         "{:?}",

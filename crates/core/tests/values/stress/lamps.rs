@@ -1,6 +1,6 @@
 //! Delta lights and lamps of almost no area: what they light, and how noisy they are.
 
-use raywright_core::stress::FindingSubject;
+use raywright_core::fault::Subject;
 
 use super::light::{lamp, point, with_lamp};
 use super::*;
@@ -29,7 +29,7 @@ fn a_light_in_a_surface() {
     };
     let finding = alone(
         &of(-1.0, json!([floor()])),
-        FindingCode::BlackPicture,
+        FaultKind::BlackPicture,
         PictureWrong,
     );
     assert!(
@@ -63,7 +63,7 @@ fn lights_that_miss() {
     let of = |light: Value| {
         expect_finding(
             &with_spot(light),
-            FindingCode::LightMissesScene,
+            FaultKind::LightMissesScene,
             SlowOrNoisy,
             &[],
         )
@@ -84,13 +84,13 @@ fn lights_that_miss() {
     );
     let lit = with_spot(spot([2.0, 1.0, 0.0], [-1.0, -0.5, 0.0], 20.0));
     assert_eq!(listed(&summarise_findings(&lit).findings), []);
-    // The corner of the ball's box is nearer than the ball.
+    // The corner of the ball's box is nearer than the ball, at 2.46 metres.
     let corner = scene(&json!({
         "lights": [point([2.0, 2.0, 2.0], json!({ "range": 1.8 }))],
         "objects": [object("ball", ball([0.0; 3], 1.0), "paint")],
     }));
-    let finding = alone(&corner, FindingCode::LightMissesScene, SlowOrNoisy);
-    assert!(finding.remedy.contains("above 2.46"), "{finding:?}");
+    let finding = alone(&corner, FaultKind::LightMissesScene, SlowOrNoisy);
+    assert!(finding.remedy.contains("above 2.4"), "{finding:?}");
 }
 
 /// Protects: a lamp of no or almost no area is reported for its area, not as shut away. A small
@@ -105,7 +105,7 @@ fn lamps_without_area() {
         }))
     };
     for edge in [1e-25, 1e-10] {
-        let finding = alone(&of(edge, 9.0), FindingCode::UnreachedLight, SlowOrNoisy);
+        let finding = alone(&of(edge, 9.0), FaultKind::UnreachedLight, SlowOrNoisy);
         assert!(
             finding.reason.contains("area") && !finding.reason.contains("blocked"),
             "{finding:?}"
@@ -120,7 +120,7 @@ fn lamps_without_area() {
         .objects
         .push(serde_json::from_value(moon).expect("an object"));
     let all = summarise_findings(&with_moon).findings;
-    let is_unreached = |found: &StressFinding| found.code == FindingCode::UnreachedLight;
+    let is_unreached = |found: &Fault| found.kind == FaultKind::UnreachedLight;
     assert!(!all.iter().any(is_unreached), "{all:?}");
 }
 
@@ -135,7 +135,7 @@ fn lamps_of_generators_are_counted() {
             "object": object("copy", ball([0.0; 3], 1e-4), "lamp"),
         }],
     }));
-    let finding = expect_finding(&motes, FindingCode::LampBelowPixel, SlowOrNoisy, &[]);
+    let finding = expect_finding(&motes, FaultKind::LampBelowPixel, SlowOrNoisy, &[]);
     assert_eq!((finding.count, finding.of), (6, 6), "{finding:?}");
 }
 
@@ -148,7 +148,7 @@ fn a_mote_in_glass_is_not_to_be_a_light() {
             "materials": with_lamp(0.01),
             "objects": [floor(), object("mote", ball([0.0, 0.7, 0.0], 1e-3), "lamp"), object("globe", ball([0.0, 0.7, 0.0], 0.3), material)],
         }));
-        expect_finding(&motes, FindingCode::LampBelowPixel, SlowOrNoisy, &[])
+        expect_finding(&motes, FaultKind::LampBelowPixel, SlowOrNoisy, &[])
     };
     let count_text = of("glass").count_text();
     assert_eq!(
@@ -172,8 +172,8 @@ fn chance_is_judged_by_the_light_that_it_brings() {
                         object("bulb", ball([0.0, 0.7, 0.0], 0.1), "lamp")],
         }))
     };
-    let finding = alone(&of(60.0, 0.01), FindingCode::LightByChance, SlowOrNoisy);
-    assert_eq!(finding.subject, FindingSubject::Object(2));
+    let finding = alone(&of(60.0, 0.01), FaultKind::LightByChance, SlowOrNoisy);
+    assert_eq!(finding.subject, Subject::Object(2));
     assert!(
         finding.remedy.contains("render with more --spp"),
         "{finding:?}"
@@ -189,7 +189,7 @@ fn chance_is_judged_by_the_light_that_it_brings() {
                 .expect("an object");
         let all = summarise_findings(&lit).findings;
         all.iter()
-            .any(|found| found.code == FindingCode::LightByChance)
+            .any(|found| found.kind == FaultKind::LightByChance)
     };
     assert!(!by_chance(3e-3, 25.0, 1));
     assert!(!by_chance(0.55, 5.0, 64));
@@ -205,11 +205,10 @@ fn a_lamp_beside_glass_is_not_within_it() {
         "objects": [floor(), object("globe", ball([0.0, 0.7, 0.0], 0.6), "glass"),
                     object("spark", ball([0.5, 1.2, 0.5], 0.003), "lamp")],
     }));
-    let finding = expect_finding(&lit, FindingCode::LightByChance, SlowOrNoisy, &[]);
+    let finding = expect_finding(&lit, FaultKind::LightByChance, SlowOrNoisy, &[]);
     assert!(!finding.reason.contains("glass around"), "{finding:?}");
     assert!(
-        finding.remedy.contains("make objects[2] `spark` larger")
-            && !finding.remedy.contains("rough"),
+        finding.remedy.contains("make object `spark` larger") && !finding.remedy.contains("rough"),
         "{finding:?}"
     );
     assert_eq!(finding.place, Some([0.5, 1.2, 0.5]), "{finding:?}");
@@ -228,7 +227,7 @@ fn a_bright_sky_hides_no_noise_of_surfaces() {
     }));
     let pose = json!({ "look_at": { "eye": [0.5, 1.5, 9], "target": [0, 0, 0] } });
     lit.cameras[0].pose = serde_json::from_value(pose).expect("a pose");
-    expect_finding(&lit, FindingCode::LightByChance, SlowOrNoisy, &[]);
+    expect_finding(&lit, FaultKind::LightByChance, SlowOrNoisy, &[]);
 }
 
 /// Protects: the budget ends the rays of the lights, and the lights that were left out are counted.
@@ -276,7 +275,7 @@ fn a_sun_behind_a_pane() {
     let pane = || wall("pane", [-9.0, 2.0, -9.0], [9.0, 2.1, 9.0], "glass");
     let finding = alone(
         &of(pane(), false),
-        FindingCode::LightBehindGlass,
+        FaultKind::LightBehindGlass,
         PictureWrong,
     );
     assert!(
@@ -305,7 +304,7 @@ fn a_black_picture_by_a_panel_that_is_turned() {
         "sky": { "constant": 0 }, "materials": [paint("paint", json!({})), lamp(9.0)],
         "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), panel],
     }));
-    let finding = alone(&dark, FindingCode::BlackPicture, PictureWrong);
+    let finding = alone(&dark, FaultKind::BlackPicture, PictureWrong);
     assert!(
         finding
             .reason
@@ -333,7 +332,7 @@ fn glow_in_one_plane_and_a_rug_from_afar() {
         let all = summarise_findings(&glow).findings;
         let found = all
             .iter()
-            .find(|found| found.code == FindingCode::CoplanarSurfaces);
+            .find(|found| found.kind == FaultKind::CoplanarSurfaces);
         assert_eq!(
             found.map(|found| found.severity),
             Some(PictureWrong),

@@ -1,6 +1,6 @@
 //! Faults of rays, samples, lights and cameras.
 
-use raywright_core::stress::FindingSubject;
+use raywright_core::fault::Subject;
 
 use super::*;
 
@@ -46,7 +46,7 @@ fn constant_offsets() {
     let one = json!([object("ball", ball([0.1, 0.2, 0.3], 0.7), "paint")]);
     expect_finding(
         &constant(0.0, one.clone()),
-        FindingCode::SelfHit,
+        FaultKind::SelfHit,
         PictureWrong,
         &[],
     );
@@ -68,7 +68,7 @@ fn constant_offsets() {
     ]);
     expect_finding(
         &constant(0.5, sheets),
-        FindingCode::StartBeyondSurface,
+        FaultKind::StartBeyondSurface,
         PictureWrong,
         &[],
     );
@@ -84,7 +84,7 @@ fn gaps_that_storing_closes() {
     ]);
     expect_finding(
         &scene(&json!({ "objects": shell })),
-        FindingCode::ClosedGap,
+        FaultKind::ClosedGap,
         PictureWrong,
         &[],
     );
@@ -105,9 +105,9 @@ fn gaps_that_storing_closes() {
     .expect("a pose");
     expect_finding(
         &below,
-        FindingCode::LightThroughCover,
+        FaultKind::LightThroughCover,
         PictureWrong,
-        &[FindingCode::BlackPicture],
+        &[FaultKind::BlackPicture],
     );
 }
 
@@ -118,7 +118,7 @@ fn samples_that_are_lost() {
     let half = json!({ "sky": { "expression": "d.x < 0 ? sqrt(d.x) : 1" } });
     let finding = expect_finding(
         &scene(&half),
-        FindingCode::SamplesNotFinite,
+        FaultKind::SamplesNotFinite,
         PictureWrong,
         &[],
     );
@@ -134,18 +134,18 @@ fn samples_that_are_lost() {
         "generators": [{ "kind": { "grid": { "counts": [1, 1, 9000], "origin": [0, 0, -9], "step": [0, 0, 0.001] } }, "object": sheet }],
         "render": { "size": [6, 4], "samples": 1, "integrator": "path" },
     });
-    expect_finding(&scene(&veils), FindingCode::RaysCutShort, PictureWrong, &[]);
+    expect_finding(&scene(&veils), FaultKind::RaysCutShort, PictureWrong, &[]);
     let mut away = scene(&json!({}));
     away.cameras[0].pose =
         serde_json::from_value(json!({ "look_at": { "eye": [0, 0, 6], "target": [0, 0, 9] } }))
             .expect("a pose");
-    expect_finding(&away, FindingCode::NothingSeen, PictureWrong, &[]);
+    expect_finding(&away, FaultKind::NothingSeen, PictureWrong, &[]);
     let boxed = json!({
         "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), object("lamp", ball([0.0, 4.0, 0.0], 0.5), "lamp"),
                     object("box", ball([0.0, 4.0, 0.0], 0.8), "paint")],
         "materials": with_lamp(4.0), "sky": null,
     });
-    expect_finding(&scene(&boxed), FindingCode::BlackPicture, PictureWrong, &[]);
+    expect_finding(&scene(&boxed), FaultKind::BlackPicture, PictureWrong, &[]);
 }
 
 /// Protects: these lights are found: unreached, missing the scene, hit by chance, smaller than a
@@ -157,22 +157,17 @@ fn lamps_that_light_nothing() {
                     object("box", ball([0.0, 4.0, 0.0], 0.8), "paint")],
         "materials": with_lamp(4.0),
     });
-    expect_finding(
-        &scene(&boxed),
-        FindingCode::UnreachedLight,
-        SlowOrNoisy,
-        &[],
-    );
+    expect_finding(&scene(&boxed), FaultKind::UnreachedLight, SlowOrNoisy, &[]);
     expect_finding(
         &scene(&json!({ "lights": [point([0.0, 50.0, 0.0], json!({ "range": 10 }))] })),
-        FindingCode::LightMissesScene,
+        FaultKind::LightMissesScene,
         SlowOrNoisy,
         &[],
     );
     let spot = json!({ "spot": { "position": [0, 20, 0], "direction": [1, 0, 0], "inner_angle": 10, "outer_angle": 20 } });
     let finding = expect_finding(
         &scene(&json!({ "lights": [{ "kind": spot, "colour": 9 }] })),
-        FindingCode::LightMissesScene,
+        FaultKind::LightMissesScene,
         SlowOrNoisy,
         &[],
     );
@@ -186,7 +181,7 @@ fn lamps_that_light_nothing() {
     let ball_and = |other: Value| json!({ "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), other], "materials": with_lamp(9.0) });
     expect_finding(
         &scene(&ball_and(turned)),
-        FindingCode::LightMissesScene,
+        FaultKind::LightMissesScene,
         SlowOrNoisy,
         &[],
     );
@@ -196,28 +191,23 @@ fn lamps_that_light_nothing() {
             ball([0.0, 1.5, 0.5], 1e-4),
             "lamp",
         ))),
-        FindingCode::LampBelowPixel,
+        FaultKind::LampBelowPixel,
         SlowOrNoisy,
         &[],
     );
     let twice =
         json!({ "lights": [point([0.0, 5.0, 0.0], json!({})), point([0.0, 5.0, 0.0], json!({}))] });
-    expect_finding(
-        &scene(&twice),
-        FindingCode::DuplicateLight,
-        PictureWrong,
-        &[],
-    );
+    expect_finding(&scene(&twice), FaultKind::DuplicateLight, PictureWrong, &[]);
     let mut other = scene(&twice);
     other.lights[1].colour = raywright_core::scene::Colour::WHITE;
-    expect_finding(&other, FindingCode::DuplicateLight, Harmless, &[]);
+    expect_finding(&other, FaultKind::DuplicateLight, Harmless, &[]);
     let bulb = json!({
         "objects": [object("floor", quad([-4.0, -1.0, 4.0], [8.0, 0.0, 0.0], [0.0, 0.0, -8.0]), "paint"),
                     object("bulb", ball([0.0, 1.0, 0.0], 0.5), "glass"), object("wire", ball([0.0, 1.0, 0.0], 0.003), "lamp")],
         "materials": with_lamp(1000.0), "render": { "size": [160, 90], "samples": 16, "integrator": "path" },
     });
-    let finding = alone(&scene(&bulb), FindingCode::LightByChance, SlowOrNoisy);
-    assert_eq!(finding.subject, FindingSubject::Object(2));
+    let finding = alone(&scene(&bulb), FaultKind::LightByChance, SlowOrNoisy);
+    assert_eq!(finding.subject, Subject::Object(2));
     assert!(finding.reason.contains("`bulb`"), "{}", finding.reason);
 }
 
@@ -238,7 +228,7 @@ fn thin_glass_is_not_to_be_made_thin() {
                     object("bulb", ball([0.0, 1.0, 0.0], 0.5), "thin"), object("wire", ball([0.0, 1.0, 0.0], 0.003), "lamp")],
         "materials": materials, "render": { "size": [160, 90], "samples": 16, "integrator": "path" },
     });
-    let finding = expect_finding(&scene(&bulb), FindingCode::LightByChance, SlowOrNoisy, &[]);
+    let finding = expect_finding(&scene(&bulb), FaultKind::LightByChance, SlowOrNoisy, &[]);
     assert!(
         !finding.remedy.contains("thin_walled") && finding.remedy.contains("`wire` larger"),
         "{finding:?}"
@@ -257,11 +247,11 @@ fn a_sky_that_is_met_by_chance() {
     });
     let finding = expect_finding(
         &scene(&under_sun),
-        FindingCode::LightByChance,
+        FaultKind::LightByChance,
         SlowOrNoisy,
         &[],
     );
-    assert_eq!(finding.subject, FindingSubject::Sky);
+    assert_eq!(finding.subject, Subject::Sky);
     assert!(!finding.remedy.contains("make them"), "{}", finding.remedy);
 }
 
@@ -279,19 +269,19 @@ fn cameras() {
     let glass = json!({ "objects": [object("pond", ball([0.0; 3], 9.0), "glass"), object("fish", ball([0.0; 3], 0.5), "paint")] });
     expect_finding(
         &from([0.5, 1.5, 6.0], glass),
-        FindingCode::CameraInBody,
+        FaultKind::CameraInBody,
         Harmless,
         &[],
     );
     expect_finding(
         &from([-1.2, 0.1, 0.3], json!({})),
-        FindingCode::CameraInBody,
+        FaultKind::CameraInBody,
         PictureWrong,
         &[],
     );
     expect_finding(
         &from([3e4, 2e4, 6e4], json!({})),
-        FindingCode::SceneBelowPixel,
+        FaultKind::SceneBelowPixel,
         PictureWrong,
         &[],
     );
@@ -300,7 +290,7 @@ fn cameras() {
         "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": 0.1, "focus_distance": 0.05 }
     }))
     .expect("a lens");
-    expect_finding(&lens, FindingCode::FocusNowhere, PictureWrong, &[]);
+    expect_finding(&lens, FaultKind::FocusNowhere, PictureWrong, &[]);
     // A lens of a pixel's width blurs nothing, wherever it is sharp.
     lens.cameras[0].projection = serde_json::from_value(json!({
         "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": 1e-5, "focus_distance": 0.05 }
@@ -318,10 +308,10 @@ fn cameras() {
         "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": 0.1, "focus_distance": 0.5 }
     }))
     .expect("a lens");
-    expect_finding(&floored, FindingCode::FocusNowhere, PictureWrong, &[]);
+    expect_finding(&floored, FaultKind::FocusNowhere, PictureWrong, &[]);
     let mut wide = scene(&json!({}));
     wide.cameras[0].aspect = Some(3.0);
-    expect_finding(&wide, FindingCode::StretchedPicture, PictureWrong, &[]);
+    expect_finding(&wide, FaultKind::StretchedPicture, PictureWrong, &[]);
 }
 
 /// Protects: a lens that is focused on a near object before a wall is focused on something.
@@ -339,7 +329,7 @@ fn a_lens_focused_before_a_wall() {
     assert!(
         findings
             .iter()
-            .all(|finding| finding.code != FindingCode::FocusNowhere),
+            .all(|finding| finding.kind != FaultKind::FocusNowhere),
         "{:?}",
         listed(&findings)
     );

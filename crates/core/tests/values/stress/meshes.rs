@@ -1,5 +1,7 @@
 //! Faults of meshes and bodies, and of their placement.
 
+use raywright_core::topology::SolidSummary;
+
 use super::*;
 
 /// A closed cube with an edge of 1.6 metres, centred at `at`. `change` edits its positions and
@@ -54,13 +56,42 @@ fn a_closed_cube_has_no_findings() {
     }
 }
 
+/// Protects: the summary of a solid has its size, its volume and its open edges, with the number of
+/// their connected groups, also for scaled objects.
+#[test]
+fn solids_are_measured() {
+    let of = |holes: Vec<core::ops::Range<usize>>| {
+        let without = |_: &mut Vec<[f64; 3]>, triangles: &mut Vec<[u32; 3]>| {
+            for hole in holes.into_iter().rev() {
+                triangles.drain(hole);
+            }
+        };
+        let mut cubes = plain(without, "paint", "both");
+        cubes.objects.truncate(1);
+        cubes.objects[0].transform =
+            vec![raywright_core::scene::TransformStep::Scale([2.0, 1.0, 1.0])];
+        SolidSummary::from_scene(&cubes).map(|solid| solid.to_string())
+    };
+    let closed = "yes; size 3.2 x 1.6 x 1.6 metres, volume 8.192 cubic metres";
+    assert_eq!(of(Vec::new()).as_deref(), Some(closed));
+    // The top and the bottom of the cube, and then one of its sides too.
+    for (holes, start) in [
+        (vec![4..8], "no, 8 open edges in 2 places; "),
+        (vec![4..8, 10..12], "no, 8 open edges in 1 place; "),
+    ] {
+        let text = of(holes).expect("a mesh");
+        assert!(text.starts_with(start), "{text}");
+    }
+    assert_eq!(SolidSummary::from_scene(&scene(&json!({}))), None);
+}
+
 /// Protects: degenerate and repeated triangles are found. The degenerate one is named
 /// with its position.
 #[test]
 fn single_triangles() {
     let finding = expect_finding(
         &plain(|_, i| i.push([0, 0, 1]), "paint", "both"),
-        FindingCode::DegenerateTriangles,
+        FaultKind::DegenerateTriangles,
         Harmless,
         &[],
     );
@@ -77,13 +108,13 @@ fn single_triangles() {
     );
     expect_finding(
         &plain(|_, i| i.push(i[4]), "paint", "both"),
-        FindingCode::DuplicateTriangles,
+        FaultKind::DuplicateTriangles,
         Harmless,
         &[],
     );
     expect_finding(
         &plain(|_, i| i.push(i[4]), "glass", "both"),
-        FindingCode::DuplicateTriangles,
+        FaultKind::DuplicateTriangles,
         Harmless,
         &[],
     );
@@ -96,7 +127,7 @@ fn bodies_of_glass_are_closed() {
     let open = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i.truncate(10);
     let finding = expect_finding(
         &plain(open, "glass", "both"),
-        FindingCode::OpenEdges,
+        FaultKind::OpenEdges,
         PictureWrong,
         &[],
     );
@@ -112,16 +143,16 @@ fn bodies_of_glass_are_closed() {
     };
     expect_finding(
         &plain(fin, "glass", "both"),
-        FindingCode::NonManifoldEdges,
+        FaultKind::NonManifoldEdges,
         PictureWrong,
-        &[FindingCode::OpenEdges],
+        &[FaultKind::OpenEdges],
     );
     let turned = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
         i[10..].iter_mut().for_each(|t| t.swap(1, 2))
     };
     expect_finding(
         &plain(turned, "glass", "both"),
-        FindingCode::FlippedTriangles,
+        FaultKind::FlippedTriangles,
         PictureWrong,
         &[],
     );
@@ -138,31 +169,31 @@ fn flipped_meshes() {
         |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i.iter_mut().for_each(|t| t.swap(1, 2));
     expect_finding(
         &plain(one, "paint", "culled"),
-        FindingCode::FlippedTriangles,
+        FaultKind::FlippedTriangles,
         PictureWrong,
         &[],
     );
     expect_finding(
         &plain(one, "paint", "both"),
-        FindingCode::FlippedTriangles,
+        FaultKind::FlippedTriangles,
         Harmless,
         &[],
     );
     expect_finding(
         &plain(all, "paint", "culled"),
-        FindingCode::InsideOut,
+        FaultKind::InsideOut,
         PictureWrong,
         &[],
     );
     expect_finding(
         &plain(all, "paint", "both"),
-        FindingCode::InsideOut,
+        FaultKind::InsideOut,
         Harmless,
         &[],
     );
     expect_finding(
         &plain(all, "glass", "both"),
-        FindingCode::InsideOut,
+        FaultKind::InsideOut,
         PictureWrong,
         &[],
     );
@@ -173,7 +204,7 @@ fn flipped_meshes() {
     cube["source"]["inline"]["normals"] = json!(inwards);
     expect_finding(
         &with_cube(cube, "paint", "both"),
-        FindingCode::NormalsAgainstFaces,
+        FaultKind::NormalsAgainstFaces,
         PictureWrong,
         &[],
     );
@@ -187,40 +218,40 @@ fn bodies_of_shapes() {
     let alone = |objects: Value| scene(&json!({ "objects": objects }));
     expect_finding(
         &alone(json!([object("tube", tube, "glass")])),
-        FindingCode::OpenBody,
+        FaultKind::OpenBody,
         PictureWrong,
         &[],
     );
     let glass = |radius: f64| object("glass", ball([0.0; 3], radius), "glass");
     expect_finding(
         &alone(json!([glass(1.2), glass(0.6)])),
-        FindingCode::NestedGlass,
+        FaultKind::NestedGlass,
         PictureWrong,
         &[],
     );
     expect_finding(
         &alone(json!([glass(1.2), glass(1.2)])),
-        FindingCode::DuplicateObject,
+        FaultKind::DuplicateObject,
         Harmless,
         &[],
     );
     let veil = || object("veil", ball([0.0; 3], 1.2), "veil");
     expect_finding(
         &alone(json!([veil(), veil()])),
-        FindingCode::DuplicateObject,
+        FaultKind::DuplicateObject,
         PictureWrong,
         &[],
     );
     let paint = |material: &str| object("paint", ball([0.3, 0.0, 0.0], 1.0), material);
     expect_finding(
         &alone(json!([paint("paint"), paint("paint")])),
-        FindingCode::DuplicateObject,
+        FaultKind::DuplicateObject,
         Harmless,
         &[],
     );
     expect_finding(
         &alone(json!([paint("paint"), paint("other")])),
-        FindingCode::DuplicateObject,
+        FaultKind::DuplicateObject,
         PictureWrong,
         &[],
     );
@@ -228,7 +259,7 @@ fn bodies_of_shapes() {
     turned["transform"] = json!([{ "rotate": { "axis": [0, 0, 1], "degrees": -90 } }]);
     expect_finding(
         &alone(json!([paint("paint"), turned])),
-        FindingCode::DuplicateObject,
+        FaultKind::DuplicateObject,
         Harmless,
         &[],
     );
@@ -255,7 +286,7 @@ fn surfaces_in_one_place() {
     }));
     let look = json!({ "look_at": { "eye": [62.0, 42.0, 55.0], "target": away } });
     scene.cameras[0].pose = serde_json::from_value(look).expect("a pose");
-    expect_finding(&scene, FindingCode::FlickeringSurfaces, PictureWrong, &[]);
+    expect_finding(&scene, FaultKind::FlickeringSurfaces, PictureWrong, &[]);
 }
 
 /// Protects: each kind of loss by coarse coordinates is found for small objects far away.
@@ -292,30 +323,21 @@ fn small_things_far_away() {
     let whole = || cube([0.0; 3], |_, _| {});
     let away = [1e7, 1e7, 1e7];
     for (target, severity) in [(away, PictureWrong), ([0.0; 3], Harmless)] {
-        let seen = [FindingCode::NothingSeen];
+        let seen = [FaultKind::NothingSeen];
         expect_finding(
             &far(whole(), away, 1e-2, target),
-            FindingCode::LostObject,
+            FaultKind::LostObject,
             severity,
             &seen,
         );
         let of = far(whole(), [1e7, 0.0, 0.0], 2.0, [target[0], 0.0, 0.0]);
-        expect_finding(&of, FindingCode::UnresolvedObject, severity, &seen);
-    }
-    let tiny = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
-        p.extend([[0.0, 1.5, 0.0], [1e-5, 1.5, 0.0], [0.0, 1.5, 1e-5]]);
-        i.push([8, 9, 10]);
-    };
-    let at = [5e4, 0.0, 0.0];
-    for (target, severity) in [(at, PictureWrong), ([0.0; 3], Harmless)] {
-        let of = far(cube([0.0; 3], tiny), at, 100.0, target);
-        expect_finding(&of, FindingCode::LostTriangles, severity, &[]);
+        expect_finding(&of, FaultKind::UnresolvedObject, severity, &seen);
     }
     let speck = json!({ "box": { "min": [1e6, 0, 0], "max": [1e6 + 1e-3, 1, 1] } });
     let lost = scene(
         &json!({ "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), object("speck", speck, "paint")] }),
     );
-    expect_finding(&lost, FindingCode::LostShape, PictureWrong, &[]);
+    expect_finding(&lost, FaultKind::LostShape, PictureWrong, &[]);
 }
 
 /// Protects: correct scenes have no findings. Cases:
@@ -472,14 +494,11 @@ fn surfaces_in_one_plane() {
     ] {
         let finding = expect_finding(
             &value_of(json!([floor, rug(-1.0, edges, "other")])),
-            FindingCode::CoplanarSurfaces,
+            FaultKind::CoplanarSurfaces,
             PictureWrong,
             &[],
         );
-        assert_eq!(
-            finding.subject,
-            raywright_core::stress::FindingSubject::Object(1)
-        );
+        assert_eq!(finding.subject, raywright_core::fault::Subject::Object(1));
         let [x, y, z] = finding.place.expect("a place");
         assert!(
             finding.count > 100
@@ -528,9 +547,9 @@ fn surfaces_in_one_plane() {
     assert_eq!(
         before
             .iter()
-            .map(|finding| (finding.code, finding.severity))
+            .map(|finding| (finding.kind, finding.severity))
             .collect::<Vec<_>>(),
-        [(FindingCode::CoplanarSurfaces, Harmless)]
+        [(FaultKind::CoplanarSurfaces, Harmless)]
     );
 }
 
@@ -559,9 +578,9 @@ fn many_surfaces_in_one_plane() {
     );
     tiles.push(rug);
     let findings = value_of(&tiles);
-    let findings: Vec<&StressFinding> = findings
+    let findings: Vec<&Fault> = findings
         .iter()
-        .filter(|finding| finding.code == FindingCode::CoplanarSurfaces)
+        .filter(|finding| finding.kind == FaultKind::CoplanarSurfaces)
         .collect();
     assert!(
         findings.len() == 1
@@ -571,6 +590,6 @@ fn many_surfaces_in_one_plane() {
     );
     assert_eq!(
         findings[0].subject,
-        raywright_core::stress::FindingSubject::Object(3600)
+        raywright_core::fault::Subject::Object(3600)
     );
 }

@@ -36,7 +36,7 @@ fn a_lamp_by_way_of_a_mirror() {
     let rough = indirect_room(0.1);
     assert_eq!(listed(&summarise_findings(&rough).findings), []);
     let smooth = indirect_room(0.02);
-    alone(&smooth, FindingCode::LightByChance, SlowOrNoisy);
+    alone(&smooth, FaultKind::LightByChance, SlowOrNoisy);
 }
 
 /// Protects: a bright lamp that shines at a floor makes no noise by chance if a mirror shows another,
@@ -89,7 +89,7 @@ fn noise_of_a_bulb_ends_with_samples() {
                           "projection": { "pinhole": { "vertical_fov": 40 } } }],
         }))
     };
-    let finding = alone(&of(16), FindingCode::LightByChance, SlowOrNoisy);
+    let finding = alone(&of(16), FaultKind::LightByChance, SlowOrNoisy);
     assert!(finding.remedy.contains("--spp (about "), "{finding:?}");
     for samples in [256, 4096] {
         assert_eq!(listed(&summarise_findings(&of(samples)).findings), []);

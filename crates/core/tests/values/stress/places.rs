@@ -7,9 +7,9 @@ use super::*;
 
 /// Returns the only finding of a kind; panics if there are several or none.
 #[track_caller]
-fn one(scene: &Scene, code: FindingCode) -> StressFinding {
+fn one(scene: &Scene, code: FaultKind) -> Fault {
     let all = summarise_findings(scene).findings;
-    let mut found = all.iter().filter(|finding| finding.code == code);
+    let mut found = all.iter().filter(|finding| finding.kind == code);
     match (found.next(), found.next()) {
         (Some(finding), None) => finding.clone(),
         _ => panic!("{}: {all:?}", code.name()),
@@ -40,16 +40,13 @@ fn with_cubes(meshes: &[Value], material: &str) -> Scene {
 fn the_fault_is_marked_and_no_neighbour() {
     // The two triangles of the front, which is at z = 0.8.
     let turned = cube([0.0; 3], |_, i| i[11].swap(1, 2));
-    let finding = one(
-        &with_cubes(&[turned], "glass"),
-        FindingCode::FlippedTriangles,
-    );
+    let finding = one(&with_cubes(&[turned], "glass"), FaultKind::FlippedTriangles);
     assert_eq!(
         (finding.primitive, finding.count, finding.of),
         (Some(11), 1, 12)
     );
     let hole = cube([0.0; 3], |_, i| i.truncate(10));
-    let finding = one(&with_cubes(&[hole], "glass"), FindingCode::OpenEdges);
+    let finding = one(&with_cubes(&[hole], "glass"), FaultKind::OpenEdges);
     let [_, _, z] = finding.place.expect("a place");
     assert!((z - 0.8).abs() < 1e-6, "{finding:?}");
 }
@@ -64,13 +61,13 @@ fn the_nearest_place_is_told_and_hidden_ones_have_no_pixel() {
     // Corner 0 is at the back, and corner 7 in front.
     let both = one(
         &with_cubes(&[flat(&[[0, 0, 0], [7, 7, 7]])], "paint"),
-        FindingCode::DegenerateTriangles,
+        FaultKind::DegenerateTriangles,
     );
     assert_eq!((both.primitive, both.count), (Some(13), 2));
     assert!(both.pixel.is_some(), "{both:?}");
     let back = one(
         &with_cubes(&[flat(&[[0, 0, 0]])], "paint"),
-        FindingCode::DegenerateTriangles,
+        FaultKind::DegenerateTriangles,
     );
     assert!(back.place.is_some() && back.pixel.is_none(), "{back:?}");
 }
@@ -90,7 +87,7 @@ fn seams_of_rounding_are_told_once() {
     };
     let finding = one(
         &with_cubes(&[seam(-1.5), seam(0.5)], "glass"),
-        FindingCode::OpenEdges,
+        FaultKind::OpenEdges,
     );
     assert_eq!((finding.severity, finding.count), (Harmless, 16));
     assert!(
@@ -133,13 +130,10 @@ fn a_rug_that_is_too_near() {
             "objects": [object("floor", floor, "paint"), object("rug", rug, "other")],
         }));
         let findings = summarise_findings(&of).findings;
-        let codes = [
-            FindingCode::CoplanarSurfaces,
-            FindingCode::FlickeringSurfaces,
-        ];
+        let codes = [FaultKind::CoplanarSurfaces, FaultKind::FlickeringSurfaces];
         assert!(
             findings.len() == 1
-                && codes.contains(&findings[0].code)
+                && codes.contains(&findings[0].kind)
                 && findings[0].severity == PictureWrong
                 && findings[0].reason.contains(words),
             "{y}: {findings:?}"
@@ -170,7 +164,7 @@ fn the_first_of_two_is_seen() {
     let twins = scene(&json!({
         "objects": [object("one", ball([0.0; 3], 1.0), "paint"), object("twin", ball([0.0; 3], 1.0), "other")],
     }));
-    let finding = one(&twins, FindingCode::DuplicateObject);
+    let finding = one(&twins, FaultKind::DuplicateObject);
     assert!(
         finding.severity == PictureWrong
             && finding

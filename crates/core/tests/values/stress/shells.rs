@@ -10,7 +10,7 @@ fn two_shells_in_one_place_are_one_cause() {
     let shells = ball_scene("paint", |_, indices| {
         indices.extend(indices.clone().iter().map(|&[a, b, c]| [a, c, b]));
     });
-    alone(&shells, FindingCode::DuplicateTriangles, Harmless);
+    alone(&shells, FaultKind::DuplicateTriangles, Harmless);
 }
 
 /// Protects: glass whose triangles are parted by slits that hardly any ray passes is not said to
@@ -28,7 +28,7 @@ fn narrow_slits_in_glass() {
             }
         }
     });
-    let finding = alone(&cracked, FindingCode::OpenEdges, Harmless);
+    let finding = alone(&cracked, FaultKind::OpenEdges, Harmless);
     assert!(finding.remedy.starts_with("merge vertices"), "{finding:?}");
 }
 
@@ -54,7 +54,7 @@ fn bubbles_are_turned_inwards() {
     );
     let finding = alone(
         &with_inner(0.6, 0.0, false),
-        FindingCode::InsideOut,
+        FaultKind::InsideOut,
         PictureWrong,
     );
     assert_eq!((finding.count, finding.of), (528, 1056));
@@ -85,17 +85,17 @@ fn a_hole_in_what_is_closed_otherwise() {
             indices.remove(hole.expect("a triangle"));
         })
     };
-    let finding = alone(&without(true), FindingCode::OpenEdges, PictureWrong);
+    let finding = alone(&without(true), FaultKind::OpenEdges, PictureWrong);
     assert_eq!(
         finding.count_text().as_deref(),
         Some("1 hole with three edges")
     );
     assert!(finding.pixel.is_some(), "{finding:?}");
-    alone(&without(false), FindingCode::OpenEdges, Harmless);
+    alone(&without(false), FaultKind::OpenEdges, Harmless);
     for (near, severity) in [(true, PictureWrong), (false, Harmless)] {
         let mut one_sided = without(near);
         one_sided.objects[0].side = raywright_core::scene::SideRule::Outside;
-        alone(&one_sided, FindingCode::OpenEdges, severity);
+        alone(&one_sided, FaultKind::OpenEdges, severity);
     }
     let bowl = ball_scene("paint", |positions, indices| {
         indices.retain(|t| t.iter().all(|&corner| positions[corner as usize][1] < 0.3));
@@ -149,12 +149,12 @@ fn a_copy_over_a_listed_object() {
     };
     assert_eq!(listed(&summarise_findings(&of("other", 0.2)).findings), []);
     for (material, severity) in [("other", PictureWrong), ("paint", Harmless)] {
-        let finding = alone(&of(material, 0.0), FindingCode::DuplicateObject, severity);
+        let finding = alone(&of(material, 0.0), FaultKind::DuplicateObject, severity);
         assert_eq!((finding.count, finding.of), (1, 3));
         assert!(
             finding
                 .reason
-                .starts_with("a copy of it is in the same place as objects[0] `listed`")
+                .starts_with("a copy of it is in the same place as object `listed`")
                 && finding.place.is_some_and(|[x, ..]| x.abs() < 1e-9),
             "{finding:?}"
         );

@@ -25,7 +25,7 @@ fn with_pose(mut scene: Scene, eye: [f64; 3], target: [f64; 3]) -> Scene {
 #[test]
 fn flipped_triangles_of_one_sided_meshes() {
     let (front, back) = (flip(10..12), flip(8..10));
-    let code = FindingCode::FlippedTriangles;
+    let code = FaultKind::FlippedTriangles;
     for (change, side, severity, words) in [
         (
             front,
@@ -59,7 +59,7 @@ fn flipped_triangles_of_one_sided_meshes() {
 /// camera, and is harmless if they face the camera. `side` decides which sides are visible.
 #[test]
 fn inverted_one_sided_meshes() {
-    let code = FindingCode::InsideOut;
+    let code = FaultKind::InsideOut;
     let of = |side: &str| plain(flip(0..12), "paint", side);
     for side in ["outside", "culled"] {
         let finding = alone(&of(side), code, PictureWrong);
@@ -70,7 +70,7 @@ fn inverted_one_sided_meshes() {
     let within = |side: &str| with_pose(of(side), [0.0, 0.0, 0.3], [2.5, 0.0, -1.0]);
     expect_finding(&within("inside"), code, PictureWrong, &[]);
     let all = summarise_findings(&within("outside")).findings;
-    let found = all.iter().find(|finding| finding.code == code);
+    let found = all.iter().find(|finding| finding.kind == code);
     assert_eq!(found.map(|finding| finding.severity), Some(Harmless));
 }
 
@@ -84,15 +84,15 @@ fn a_camera_behind_one_sided_walls() {
             [0.0, 0.0, 0.3],
             [0.0, 0.0, -1.0],
         );
-        let finding = expect_finding(&cube, FindingCode::NothingSeen, PictureWrong, &[]);
+        let finding = expect_finding(&cube, FaultKind::NothingSeen, PictureWrong, &[]);
         assert!(
-            finding.reason.contains("objects[0] `cube`")
+            finding.reason.contains("object `cube`")
                 && finding.remedy.starts_with("set `side = \"both\"`"),
             "{finding:?}"
         );
         cube.objects[0].side = raywright_core::scene::SideRule::Both;
         let all = summarise_findings(&cube).findings;
-        let is_nothing = |finding: &StressFinding| finding.code == FindingCode::NothingSeen;
+        let is_nothing = |finding: &Fault| finding.kind == FaultKind::NothingSeen;
         assert!(!all.iter().any(is_nothing), "{all:?}");
     }
 }
@@ -109,8 +109,8 @@ fn a_camera_in_a_ball_on_a_plane() {
         }));
         with_pose(of, [0.0, 0.2, 0.0], [0.0, 1.5, -3.0])
     };
-    let finding = alone(&of(1.0, "paint"), FindingCode::CameraInBody, PictureWrong);
-    assert!(finding.reason.contains("objects[1] `shell`"), "{finding:?}");
+    let finding = alone(&of(1.0, "paint"), FaultKind::CameraInBody, PictureWrong);
+    assert!(finding.reason.contains("object `shell`"), "{finding:?}");
     assert_eq!(listed(&summarise_findings(&of(50.0, "lamp")).findings), []);
 }
 
@@ -144,7 +144,7 @@ fn one_sided_faces_back_to_back() {
     }
     for (sides, turned) in [(["both"; 2], true), (["outside"; 2], false)] {
         let found = of(sides, turned);
-        let competes = |finding: &StressFinding| finding.code == FindingCode::CoplanarSurfaces;
+        let competes = |finding: &Fault| finding.kind == FaultKind::CoplanarSurfaces;
         assert!(
             found.iter().any(competes),
             "{sides:?}: {:?}",
@@ -169,13 +169,16 @@ fn a_camera_below_the_floor() {
     let below = || object("below", ball([0.0, -2.0, 1.0], 0.5), "paint");
     let finding = alone(
         &of(plane.clone(), vec![above()]),
-        FindingCode::CameraInBody,
+        FaultKind::CameraInBody,
         PictureWrong,
     );
-    assert!(finding.reason.contains("behind objects[0]"), "{finding:?}");
+    assert!(
+        finding.reason.contains("behind object `floor`"),
+        "{finding:?}"
+    );
     let finding = alone(
         &of(slab.clone(), vec![above()]),
-        FindingCode::NothingSeen,
+        FaultKind::NothingSeen,
         PictureWrong,
     );
     assert!(finding.reason.contains("hides all other"), "{finding:?}");
@@ -197,7 +200,7 @@ fn a_lens_in_a_wall() {
         of.cameras[0].projection = serde_json::from_value(lens).expect("a lens");
         with_pose(of, [0.0, 1.5, 6.0], [0.0, 0.0, 0.0])
     };
-    let finding = alone(&of(0.3), FindingCode::CameraInBody, PictureWrong);
+    let finding = alone(&of(0.3), FaultKind::CameraInBody, PictureWrong);
     assert!(finding.reason.contains("its lens"), "{finding:?}");
     assert_eq!(listed(&summarise_findings(&of(0.05)).findings), []);
 }
@@ -211,8 +214,11 @@ fn a_camera_below_the_floor_that_sees_the_horizon() {
         "objects": [object("floor", floor, "other"), object("above", ball([0.0; 3], 1.0), "paint")],
     }));
     let level = with_pose(of, [0.0, -3.0, 5.0], [0.0, -3.0, 0.0]);
-    let finding = alone(&level, FindingCode::CameraInBody, PictureWrong);
-    assert!(finding.reason.contains("behind objects[0]"), "{finding:?}");
+    let finding = alone(&level, FaultKind::CameraInBody, PictureWrong);
+    assert!(
+        finding.reason.contains("behind object `floor`"),
+        "{finding:?}"
+    );
     assert!(2 * finding.count <= finding.of, "{finding:?}");
 }
 
@@ -230,8 +236,11 @@ fn a_camera_in_an_opaque_cell() {
     let thin = json!({ "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": 0.01, "focus_distance": 6 } });
     lens.cameras[0].projection = serde_json::from_value(thin).expect("a lens");
     for of in [glass, lens] {
-        let finding = alone(&of, FindingCode::CameraInBody, PictureWrong);
-        assert!(finding.reason.contains("inside objects[1]"), "{finding:?}");
+        let finding = alone(&of, FaultKind::CameraInBody, PictureWrong);
+        assert!(
+            finding.reason.contains("inside object `cell`"),
+            "{finding:?}"
+        );
     }
 }
 
@@ -245,11 +254,11 @@ fn a_rug_that_faces_away_is_not_lost() {
         rug["side"] = json!(side);
         scene(&json!({ "objects": [object("floor", sheet(4.0), "paint"), rug] }))
     };
-    let code = FindingCode::CoplanarSurfaces;
-    let hidden = alone(&of("inside"), code, Harmless);
+    let kind = FaultKind::CoplanarSurfaces;
+    let hidden = alone(&of("inside"), kind, Harmless);
     assert!(
         hidden.reason.contains("no ray of the cameras"),
         "{hidden:?}"
     );
-    alone(&of("outside"), code, PictureWrong);
+    alone(&of("outside"), kind, PictureWrong);
 }

@@ -52,13 +52,13 @@ fn a_vertex_far_out_is_named() {
     );
     for far in [1e5, 1e8, 1e13] {
         let mut stray = ball_scene("paint", |positions, _| positions[150] = [far, 0.0, 0.0]);
-        let finding = alone(&stray, FindingCode::StrayVertices, PictureWrong);
+        let finding = alone(&stray, FaultKind::StrayVertices, PictureWrong);
         assert_eq!((finding.count, finding.of), (6, 528), "{finding:?}");
         assert!(
             finding.reason.contains("vertex 150 is far out")
                 && finding
                     .reason
-                    .contains(&raywright_core::stress::format_decimal(far)),
+                    .contains(&raywright_core::fault::format_decimal(far)),
             "{finding:?}"
         );
         assert!(
@@ -70,7 +70,7 @@ fn a_vertex_far_out_is_named() {
         let all = summarise_findings(&stray).findings;
         let found = all
             .iter()
-            .find(|found| found.code == FindingCode::StrayVertices);
+            .find(|found| found.kind == FaultKind::StrayVertices);
         assert_eq!(found.map(|found| found.severity), Some(Harmless), "{all:?}");
     }
 }
@@ -85,7 +85,7 @@ fn a_spike_through_the_mesh() {
             .expect("a vertex");
         positions[left] = [1e6, 1e6, 1e6];
     });
-    let finding = alone(&stray, FindingCode::StrayVertices, PictureWrong);
+    let finding = alone(&stray, FaultKind::StrayVertices, PictureWrong);
     assert!(finding.pixel.is_some(), "{finding:?}");
 }
 
@@ -99,7 +99,7 @@ fn antennas_and_many_vertices_are_no_strays() {
     });
     for scene in [antenna, many] {
         let all = summarise_findings(&scene).findings;
-        let is_stray = |found: &StressFinding| found.code == FindingCode::StrayVertices;
+        let is_stray = |found: &Fault| found.kind == FaultKind::StrayVertices;
         assert!(!all.iter().any(is_stray), "{all:?}");
     }
 }
@@ -119,7 +119,7 @@ fn a_wide_ground_in_one_mesh_is_no_stray() {
         indices.extend([[0, 1, 2], [0, 2, 3]].map(|t: [u32; 3]| t.map(|corner| first + corner)));
     });
     let all = summarise_findings(&ground).findings;
-    let is_stray = |found: &&StressFinding| found.code == FindingCode::StrayVertices;
+    let is_stray = |found: &&Fault| found.kind == FaultKind::StrayVertices;
     assert!(!all.iter().any(|found| is_stray(&found)), "{all:?}");
 }
 
@@ -132,7 +132,7 @@ fn a_spike_from_the_back_of_the_mesh() {
             .expect("a vertex");
         positions[back] = [1e6, 0.0, -1.0];
     });
-    let finding = alone(&stray, FindingCode::StrayVertices, PictureWrong);
+    let finding = alone(&stray, FaultKind::StrayVertices, PictureWrong);
     assert!(finding.pixel.is_some(), "{finding:?}");
     let place = finding.place.expect("a place");
     assert!(place[0] > 1.1, "{finding:?}");

@@ -18,7 +18,7 @@ fn a_small_hole_in_glass() {
             (0..indices.len()).max_by(|&a, &b| depth(&indices[a]).total_cmp(&depth(&indices[b])));
         indices.remove(near.expect("a triangle"));
     });
-    alone(&hole, FindingCode::OpenEdges, PictureWrong);
+    alone(&hole, FaultKind::OpenEdges, PictureWrong);
 }
 
 /// Protects: two glass cubes that touch are not reported, as few rays cross the common face. Many
@@ -39,7 +39,7 @@ fn glass_cubes_that_touch() {
         }))
     };
     assert_eq!(listed(&summarise_findings(&of(2)).findings), []);
-    alone(&of(3), FindingCode::OpenBody, PictureWrong);
+    alone(&of(3), FaultKind::OpenBody, PictureWrong);
 }
 
 /// Protects: the remedy for glass inside glass depends on the materials. Two bodies of one material
@@ -57,7 +57,7 @@ fn glass_in_glass_of_one_material_may_be_hollow() {
                 json!({ "transmission": 1, "roughness": 0, "ior": 1.33 })
             ),
         ]);
-        alone(&scene(&parts), FindingCode::NestedGlass, PictureWrong)
+        alone(&scene(&parts), FaultKind::NestedGlass, PictureWrong)
     };
     let (same, other) = (of("glass"), of("water"));
     assert!(same.remedy.contains("hollow"), "{same:?}");
@@ -78,10 +78,10 @@ fn a_gap_between_two_bodies_of_glass_is_one_finding() {
         "objects": [object("front", block(1.0 + gap, 1.5), "glass"), object("back", block(0.0, 1.0), "glass")],
     }));
     let findings = summarise_findings(&blocks).findings;
-    let codes: Vec<FindingCode> = findings.iter().map(|finding| finding.code).collect();
+    let codes: Vec<FaultKind> = findings.iter().map(|finding| finding.kind).collect();
     assert_eq!(
         codes,
-        [FindingCode::OpenBody, FindingCode::ClosedGap],
+        [FaultKind::OpenBody, FaultKind::ClosedGap],
         "{findings:?}"
     );
 }
@@ -96,10 +96,10 @@ fn water_that_touches_its_glass() {
         "objects": [object("beaker", block(0.7), "beaker"), object("water", block(0.0), "water")],
     }));
     let findings = summarise_findings(&of).findings;
-    let codes: Vec<FindingCode> = findings.iter().map(|finding| finding.code).collect();
+    let codes: Vec<FaultKind> = findings.iter().map(|finding| finding.kind).collect();
     assert_eq!(
         codes,
-        [FindingCode::OpenBody, FindingCode::CoplanarSurfaces],
+        [FaultKind::OpenBody, FaultKind::CoplanarSurfaces],
         "{findings:?}"
     );
     for finding in findings {
@@ -122,7 +122,7 @@ fn copies_of_glass_that_overlap() {
             "render": { "size": [96, 54], "samples": 8, "integrator": "path", "max_depth": 32 },
         }))
     };
-    let finding = alone(&of(0.7), FindingCode::NestedGlass, PictureWrong);
+    let finding = alone(&of(0.7), FaultKind::NestedGlass, PictureWrong);
     assert!(
         finding.reason.contains("copies of this generator"),
         "{finding:?}"
@@ -149,7 +149,7 @@ fn meshes_closer_than_rounding() {
         scene.objects.push(other);
         scene
     };
-    alone(&of(1e-7), FindingCode::FlickeringSurfaces, PictureWrong);
+    alone(&of(1e-7), FaultKind::FlickeringSurfaces, PictureWrong);
     assert_eq!(listed(&summarise_findings(&of(1e-3)).findings), []);
 }
 
@@ -173,8 +173,8 @@ fn a_sheet_that_reaches_the_floor() {
         scene.cameras[0].shutter = Some([opening, opening]);
         summarise_findings(&scene).findings
     };
-    let codes: Vec<_> = of(1.0).iter().map(|finding| finding.code).collect();
-    assert_eq!(codes, [FindingCode::CoplanarSurfaces]);
+    let codes: Vec<_> = of(1.0).iter().map(|finding| finding.kind).collect();
+    assert_eq!(codes, [FaultKind::CoplanarSurfaces]);
     assert_eq!(listed(&of(0.0)), []);
 }
 
@@ -195,7 +195,7 @@ fn nested_glass_that_touches() {
         "materials": [paint("glass", json!({ "transmission": 1, "roughness": 0 })), paint("water", water)],
         "objects": [cube("vessel", 1.0, "glass"), cube("drink", 0.8, "water")],
     }));
-    let follows = [FindingCode::CoplanarSurfaces];
-    let finding = expect_finding(&vessel, FindingCode::NestedGlass, PictureWrong, &follows);
+    let follows = [FaultKind::CoplanarSurfaces];
+    let finding = expect_finding(&vessel, FaultKind::NestedGlass, PictureWrong, &follows);
     assert!(finding.remedy.contains("reach into"), "{finding:?}");
 }

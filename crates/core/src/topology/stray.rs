@@ -1,7 +1,13 @@
 //! Faults of single triangles of a mesh, and vertices far away from the rest of the mesh. The
 //! triangles of such vertices are spikes, or too thin for any ray to hit.
 
-use super::*;
+use std::collections::BTreeSet;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::CountAndFirst;
+use crate::scene::MeshData;
 
 /// Least distance of a stray vertex from the middle of the mesh, in multiples of its reach.
 const FAR: f64 = 1e4;
@@ -14,7 +20,7 @@ const FEW: f64 = 0.01;
 
 /// Stray vertices of a mesh, and the triangles that connect them with the rest.
 #[derive(Clone, Debug, Default)]
-pub(super) struct StrayVertices {
+pub(crate) struct StrayVertices {
     /// Indices of these triangles, in order.
     pub triangles: Vec<u32>,
     /// Indices of the stray vertices, in order.
@@ -71,7 +77,7 @@ impl StrayVertices {
 
 /// Faulty triangles of a mesh.
 #[derive(Clone, Debug, Default)]
-pub(super) struct TriangleFaults {
+pub(crate) struct TriangleFaults {
     /// Triangles without area. Triangles that reach to stray vertices are not counted.
     pub degenerate: CountAndFirst,
     /// Triangles whose three vertex normals point to the opposite side.

@@ -1,13 +1,27 @@
-//! Connectivity of a mesh's triangles, and what it says: holes, seams, orientation, parts. Vertices
+//! Connectivity of a mesh's triangles by half edges, and what it says: holes, seams, orientation,
+//! parts, volume. Vertices
 //! at the same position count as one corner, even if the file lists them separately.
 
-use super::stray::TriangleFaults;
-use super::*;
+mod stray;
 
-/// Limits on a search: greatest number of parts of a mesh, and of triangles tested in total to find
-/// out which parts contain others.
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::fmt;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use raywright_bvh::Aabb;
+use serde::Serialize;
+
+use crate::dispatch::measure_scene_extent;
+use crate::fault::{count_with_unit, format_decimal};
+use crate::generate::all_objects;
+use crate::lookup::SceneLookup;
+use crate::scene::{MeshData, Scene};
+use crate::settings::PrecisionChoice;
+use stray::TriangleFaults;
+
+/// Greatest number of parts of a mesh for which a part inside another is searched.
 const MOST_PARTS: usize = 1000;
-const MOST_TESTS: usize = 1 << 26;
 /// A surface counts as closed apart from its holes if at most one of `FEW` edges is open.
 const FEW: usize = 10;
 /// Greatest separation of corners on a seam, as a share of the diagonal of the mesh's bounds.
@@ -15,16 +29,128 @@ const NEAR: f64 = 1e-4;
 /// Least volume of a part that is more than rounding, as a share of the sum of its terms.
 const NO_VOLUME: f64 = 1e-10;
 
+/// The number of items, and the first of the items themselves, so that a finding can show their
+/// positions.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct CountAndFirst<T = u32> {
+    pub count: u64,
+    pub some: Vec<T>,
+}
+
+/// Greatest number of items that are kept.
+const KEPT: usize = 1 << 10;
+
+impl<T> Default for CountAndFirst<T> {
+    fn default() -> Self {
+        Self {
+            count: 0,
+            some: Vec::new(),
+        }
+    }
+}
+
+impl<T> CountAndFirst<T> {
+    pub fn add_item(&mut self, one: T) {
+        self.count += 1;
+        if self.some.len() < KEPT {
+            self.some.push(one);
+        }
+    }
+}
+
+impl<T> FromIterator<T> for CountAndFirst<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(all: I) -> Self {
+        let mut tally = Self::default();
+        all.into_iter().for_each(|one| tally.add_item(one));
+        tally
+    }
+}
+
+/// Whether the meshes of a scene are closed, with their size and volume.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SolidSummary {
+    /// Number of edges with a single triangle, and number of the holes, rims and slits that they bound.
+    pub open_edges: u64,
+    /// See `open_edges`.
+    pub places: u64,
+    /// Extent of all bounded shapes along each axis, in metres.
+    pub size: [f64; 3],
+    /// Volume in cubic metres, without the volume of bubbles. Overlapping parts count twice.
+    pub volume: f64,
+}
+
+impl SolidSummary {
+    /// Summarises the meshes of all objects. `None` if the scene has no mesh.
+    pub fn from_scene(scene: &Scene) -> Option<Self> {
+        Self::from_topologies(scene, &find_topologies(scene))
+    }
+
+    pub(crate) fn from_topologies(
+        scene: &Scene,
+        topologies: &BTreeMap<usize, Topology>,
+    ) -> Option<Self> {
+        let (lookup, mut found) = (SceneLookup::new(scene), Self::default());
+        for object in all_objects(scene) {
+            let mesh = lookup.mesh_index(&object.object.shape);
+            let Some(topology) = mesh.and_then(|mesh| topologies.get(&mesh)) else {
+                continue;
+            };
+            let volume: f64 = topology.components.iter().map(|part| part.volume).sum();
+            found.open_edges += topology.open_edges.count;
+            found.places += topology.open_places;
+            found.volume += volume * object.object_to_world().matrix3.determinant().abs();
+        }
+        let bounds = measure_scene_extent(scene, PrecisionChoice::Reference).bounds;
+        found.size = bounds.extent().to_array();
+        (!topologies.is_empty()).then_some(found)
+    }
+}
+
+/// Returns the connectivity of each mesh that objects show, by the index of the mesh.
+pub(crate) fn find_topologies(scene: &Scene) -> BTreeMap<usize, Topology> {
+    let lookup = SceneLookup::new(scene);
+    let generated = scene.generators.iter().map(|generator| &generator.object);
+    let objects = scene.objects.iter().chain(generated);
+    let shown: BTreeSet<usize> = objects
+        .filter_map(|object| lookup.mesh_index(&object.shape))
+        .collect();
+    let meshes = shown.into_iter().filter_map(|mesh| {
+        let data = lookup.mesh_data(&scene.meshes[mesh].name)?;
+        Some((mesh, Topology::from_mesh(data)))
+    });
+    meshes.collect()
+}
+
+impl fmt::Display for SolidSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.open_edges {
+            0 => f.write_str("yes")?,
+            open => write!(
+                f,
+                "no, {} in {}",
+                count_with_unit(open, "open edges"),
+                count_with_unit(self.places, "places")
+            )?,
+        }
+        let size = self.size.map(format_decimal).join(" x ");
+        write!(
+            f,
+            "; size {size} metres, volume {} cubic metres",
+            format_decimal(self.volume)
+        )
+    }
+}
+
 /// A side of a triangle: the triangle, and the ends of the side in its direction.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct HalfEdge {
+pub(crate) struct HalfEdge {
     pub triangle: u32,
     pub ends: [u32; 2],
 }
 
 /// A part of a mesh that hangs together by edges of two triangles.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct MeshComponent {
+pub(crate) struct MeshComponent {
     pub triangles: u64,
     /// First triangle of the part.
     pub first: u32,
@@ -53,7 +179,7 @@ impl MeshComponent {
 
 /// A hole with three edges.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TriangularHole {
+pub(crate) struct TriangularHole {
     pub corners: [u32; 3],
     /// A triangle that borders the hole.
     pub beside: u32,
@@ -61,13 +187,15 @@ pub(super) struct TriangularHole {
 
 /// Connectivity of a mesh.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Topology {
+pub(crate) struct Topology {
     pub faults: TriangleFaults,
     /// Triangles that repeat an earlier triangle: those with the same orientation, and those with
     /// the opposite one.
     pub duplicates: [CountAndFirst; 2],
     pub edges: u64,
     pub open_edges: CountAndFirst<HalfEdge>,
+    /// Number of connected groups of open edges.
+    open_places: u64,
     /// Greatest separation of the corners of a seam, if merging nearly coincident corners closes
     /// all open edges.
     pub seam: Option<f64>,
@@ -125,6 +253,7 @@ impl Topology {
         if topology.seam.is_none() && FEW * open.len() <= topology.edges as usize {
             topology.holes = triangular_holes(&open).unwrap_or_default();
         }
+        topology.open_places = count_places(&open);
         topology.open_edges = open.into_iter().collect();
         topology.find_components(data, &kept, &mut sheets);
         for triangle in irregular {
@@ -269,43 +398,19 @@ impl Topology {
         ]
     }
 
-    /// Returns closed parts that lie inside another closed part, both oriented outwards. If they
+    /// Returns closed parts that lie in the box of another closed part, both oriented outwards. If they
     /// are walls of bubbles, they should be oriented inwards.
-    pub fn outward_inner_parts(&self, data: &MeshData) -> CountAndFirst {
-        let mut room = MOST_TESTS;
-        let most = if self.components.len() > MOST_PARTS {
-            0
+    pub fn outward_inner_parts(&self) -> CountAndFirst {
+        let all = if self.components.len() > MOST_PARTS {
+            &[]
         } else {
-            MOST_PARTS
+            &self.components[..]
         };
         let is_filled = |inner: &&MeshComponent| {
-            self.components.iter().enumerate().any(|(index, outer)| {
-                let may_hold =
-                    outer.is_oriented(1.0) && inner.is_oriented(1.0) && outer.encloses(inner);
-                if !may_hold || room < data.indices.len() {
-                    return false;
-                }
-                room -= data.indices.len();
-                self.is_triangle_inside_part(data, inner.first, index as u32)
-            })
+            let is_within = |outer: &MeshComponent| outer.is_oriented(1.0) && outer.encloses(inner);
+            inner.is_oriented(1.0) && all.iter().any(is_within)
         };
-        count_parts(self.components.iter().take(most).filter(is_filled))
-    }
-
-    /// Returns whether a triangle is inside a closed part. A ray from the triangle then crosses the
-    /// part an odd number of times.
-    fn is_triangle_inside_part(&self, data: &MeshData, triangle: u32, part: u32) -> bool {
-        // No direction along which models are built.
-        let direction = DVec3::new(0.539_134, 0.617_291, 0.573_008);
-        let corners = |triangle: usize| {
-            data.indices[triangle].map(|corner| data.positions.position(corner as usize))
-        };
-        let from = corners(triangle as usize).iter().sum::<DVec3>() / 3.0;
-        let own = (0..data.indices.len()).filter(|&i| self.component_of[i] == part);
-        own.filter(|&i| crosses_triangle(from, direction, corners(i)))
-            .count()
-            % 2
-            == 1
+        count_parts(all.iter().filter(is_filled))
     }
 }
 
@@ -315,18 +420,6 @@ fn count_parts<'a>(parts: impl Iterator<Item = &'a MeshComponent>) -> CountAndFi
         tally.some.push(part.first);
         tally
     })
-}
-
-/// Returns whether a ray crosses a triangle ("Fast, Minimum Storage Ray-Triangle Intersection",
-/// Möller, Trumbore 1997).
-fn crosses_triangle(from: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
-    let (u_edge, v_edge) = (b - a, c - a);
-    let p = direction.cross(v_edge);
-    let s = from - a;
-    let q = s.cross(u_edge);
-    let determinant = u_edge.dot(p);
-    let [u, v, t] = [s.dot(p), direction.dot(q), v_edge.dot(q)].map(|x| x / determinant);
-    u >= 0.0 && v >= 0.0 && u + v < 1.0 && t > 0.0
 }
 
 /// Sheets of triangles that hang together by edges of two triangles (union-find). Each triangle has
@@ -357,12 +450,14 @@ impl Sheets {
         (index as u32, turn)
     }
 
-    fn join(&mut self, triangles: [u32; 2], disagree: bool) {
+    /// Joins the sheets of two triangles. Returns whether they were apart.
+    fn join(&mut self, triangles: [u32; 2], disagree: bool) -> bool {
         let [(a, turn_a), (b, turn_b)] = triangles.map(|triangle| self.root(triangle));
         if a != b {
             self.parents[a.max(b) as usize] = a.min(b);
             self.turned[a.max(b) as usize] = turn_a ^ turn_b ^ disagree;
         }
+        a != b
     }
 }
 
@@ -396,6 +491,19 @@ fn sorted_sides(indices: &[[u32; 3]], corners: &[u32], kept: &[bool]) -> Vec<(u6
     }
     sides.par_sort_unstable();
     sides
+}
+
+/// Returns the number of connected groups of open edges.
+fn count_places(open: &[HalfEdge]) -> u64 {
+    let mut first: HashMap<u32, u32> = HashMap::new();
+    let (mut places, mut sheets) = (open.len() as u64, Sheets::new(&vec![true; open.len()]));
+    for (index, edge) in open.iter().enumerate() {
+        for corner in edge.ends {
+            let other = *first.entry(corner).or_insert(index as u32);
+            places -= u64::from(sheets.join([other, index as u32], false));
+        }
+    }
+    places
 }
 
 /// Returns the holes of open edges, if all have three edges. `None` if there is any other open edge.
@@ -464,6 +572,16 @@ fn seam_width(data: &MeshData, open: &[HalfEdge]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Protects: a count counts all items and keeps the first ones up to the limit.
+    #[test]
+    fn a_count_keeps_the_first() {
+        for all in [0, 3, KEPT, KEPT + 7] {
+            let tally: CountAndFirst<usize> = (0..all).collect();
+            assert_eq!(tally.count, all as u64);
+            assert_eq!(tally.some, (0..all.min(KEPT)).collect::<Vec<_>>());
+        }
+    }
 
     /// Two triangles back to back. The second is shifted by `apart` along x.
     fn pillow(apart: f32) -> MeshData {
