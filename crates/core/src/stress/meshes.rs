@@ -22,6 +22,9 @@ pub(super) struct UsedMesh<'a> {
     topology: &'a Topology,
 }
 
+/// What a ray to an object meets, by the object's index, and the text that says so.
+type SeenEffect = (fn(usize) -> RayEvent, &'static str);
+
 impl SceneFacts<'_> {
     /// Returns the findings about the meshes of the scene.
     pub fn check_meshes(&self, survey: &RaySurvey) -> Vec<Fault> {
@@ -274,17 +277,10 @@ impl UsedMesh<'_> {
     }
 
     /// Returns the text of the first event that rays to an object see.
-    fn first_seen(
-        &self,
-        object: &ObjectFacts<'_>,
-        effects: &[(fn(usize) -> RayEvent, &'static str)],
-    ) -> Option<&'static str> {
+    fn first_seen(&self, object: &ObjectFacts<'_>, effects: &[SeenEffect]) -> Option<&'static str> {
         let mut effects = effects.iter();
-        Some(
-            effects
-                .find(|(event, _)| self.is_seen_on(*event, object))?
-                .1,
-        )
+        let (_, text) = effects.find(|(event, _)| self.is_seen_on(*event, object))?;
+        Some(text)
     }
 
     fn orientation_finding(
