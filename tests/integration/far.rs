@@ -259,6 +259,7 @@ fn what_is_too_far_apart_is_named() {
                 "--precision",
                 precision,
                 "--allow-empty",
+                "-v",
                 "-o",
                 "o.exr",
             ])

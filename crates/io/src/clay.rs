@@ -181,7 +181,7 @@ mod tests {
             physical("pane", json!({ "alpha": "blend", "opacity": 0.2 })),
             physical("lamp", json!({ "emission": [5, 4, 3] })),
             { "name": "classic", "model": { "classic": { "emission": [1, 0, 0] } } },
-            physical("leaf", json!({ "alpha": { "mask": {} }, "vertex_colours": true })),
+            physical("leaf", json!({ "alpha": { "mask": { "cutoff": 0.5 } }, "vertex_colours": true })),
         ]);
         let colours = [[0.1, 0.2, 0.3, 0.4]];
         let mesh = json!({ "name": "leaf", "source": { "inline": { "colours": colours } } });

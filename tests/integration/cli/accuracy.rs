@@ -302,7 +302,7 @@ fn the_page_stands_alone() {
         "<h2>Worth their time</h2>",
     ];
     assert!(order.map(place).is_sorted(), "{:?}", order.map(place));
-    let names = page.matches("data-name=\"").count();
+    let names = page.matches("<img data-name=\"").count();
     assert!(names >= 3, "{names} magnified pictures");
     assert_eq!(page.matches("<br>error ").count(), names - 1);
     // Ladders that change no picture have prices, each effect has its cost, and all rows of a table

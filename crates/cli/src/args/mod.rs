@@ -15,12 +15,15 @@ pub use commands::{
     ViewerArgs,
 };
 pub use render::{
-    Accelerator, BackgroundChoice, DisplayArgs, ExposureChoice, FilmArgs, FrameTimes, LightArgs,
-    MOST_SAMPLES, NamedViews, PictureShare, Precision, ProgressStyle, RenderArgs, ReportArgs,
-    TevAddress, ViewArgs,
+    Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs,
+    ReportArgs, ViewArgs,
 };
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 pub use stress::{DeniedSeverity, StressArgs};
+pub use values::{
+    BackgroundChoice, ExposureChoice, FrameTimes, MOST_SAMPLES, NamedViews, PictureShare,
+    TevAddress,
+};
 
 use std::ffi::{OsStr, OsString};
 

@@ -2,14 +2,11 @@
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::policy::{
-    TRIAL_SHARE, expected_seconds, expected_seconds_of_sample, is_done, jobs, next_job,
-};
+use super::policy::{TRIAL_SHARE, expected_seconds, is_done, jobs, next_job};
 use super::renderer::{FilmRequest, REPLICATES, none_if_cancelled};
 use super::setting::RungSetting;
-use super::space::FEWEST_TILES;
 use super::study::{Study, TRIALS_END};
-use super::tiles::{evenly_spread_tiles, tile_count, tile_crop};
+use super::tiles::{FEWEST_TILES, evenly_spread_tiles, tile_count, tile_crop};
 use super::trial::{Job, RELATIVE, Region, TileSums, Trial, mean_of_replicates, replicates_of};
 use super::{MeasureError, MeasurementStart, ProgressListener};
 use crate::film::Film;
@@ -177,7 +174,7 @@ impl Study<'_> {
             None => self.find_exact_rungs().map_err(to_error)?,
         };
         // Arithmetic in f64 and long paths take about twice the time.
-        let cost = 2.0 * expected_seconds_of_sample(self) * self.tile_share();
+        let cost = 2.0 * self.seconds_of_sample() * self.tile_share();
         let most = REFERENCE_SHARE * self.effort.budget.as_secs_f64();
         let mut samples = 4 * REPLICATES;
         while samples < MOST_REFERENCE_SAMPLES && 4.0 * f64::from(samples) * cost < most {
@@ -231,7 +228,7 @@ impl Study<'_> {
                 tiles: Some(&tiles),
                 denoises: false,
                 prepares: false,
-                end: self.time_limit(expected_seconds_of_sample(self) * samples * share),
+                end: self.time_limit(self.seconds_of_sample() * samples * share),
             });
             if none_if_cancelled(render)?.is_some() {
                 return Ok(exact);

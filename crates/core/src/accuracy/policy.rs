@@ -113,14 +113,5 @@ pub(super) fn expected_seconds(study: &Study<'_>, job: &Job) -> f64 {
         Region::Whole => 1.0,
         Region::Tiles => study.tile_share(),
     };
-    expected_seconds_of_sample(study) * f64::from(study.space.sample_count(&job.setting)) * share
-}
-
-/// Returns the wall-clock seconds of a whole picture's sample per pixel.
-pub(super) fn expected_seconds_of_sample(study: &Study<'_>) -> f64 {
-    let whole = study.table.iter();
-    let whole = whole.filter(|trial| trial.job.region == Region::Whole);
-    let seconds = whole.map(|trial| (study.space.sample_count(&trial.job.setting), trial.wall));
-    let largest = seconds.max_by_key(|(samples, _)| *samples);
-    largest.map_or(0.0, |(samples, wall)| wall / f64::from(samples))
+    study.seconds_of_sample() * f64::from(study.space.sample_count(&job.setting)) * share
 }

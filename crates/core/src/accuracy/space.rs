@@ -8,10 +8,6 @@ use crate::ladder::{Ladder, RungChoice, RungValue, applicable_ladders, needed_ef
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
 
-/// Least number of tiles, unless the picture has fewer: Student's factor is then 1.12 times the
-/// normal one.
-pub(super) const FEWEST_TILES: usize = 12;
-
 /// Samples per pixel of trials on tiles, if the setting in use has more: a change is as visible with
 /// few samples, and more tiles can be rendered.
 pub(super) const TILE_SAMPLES: u32 = 16;

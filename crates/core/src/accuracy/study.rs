@@ -7,7 +7,6 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIter
 
 use super::effects::{EffectBench, EffectCosts, ROUNDS};
 use super::outputs::{OutputFormatReport, measure_output_formats};
-use super::policy::expected_seconds_of_sample;
 use super::renderer::{
     FilmRequest, REPLICATES, Reference, SettingRenderer, TimedFilm, none_if_cancelled,
 };
@@ -230,12 +229,21 @@ impl<'a> Study<'a> {
         Ok(none_if_cancelled(timed)?.map(crop))
     }
 
+    /// Returns the wall-clock seconds of a whole picture's sample per pixel.
+    pub fn seconds_of_sample(&self) -> f64 {
+        let whole = self.table.iter();
+        let whole = whole.filter(|trial| trial.job.region == Region::Whole);
+        let seconds = whole.map(|trial| (self.space.sample_count(&trial.job.setting), trial.wall));
+        let largest = seconds.max_by_key(|(samples, _)| *samples);
+        largest.map_or(0.0, |(samples, wall)| wall / f64::from(samples))
+    }
+
     /// Returns the most exact setting, with as many samples as the magnified part can have in half of
     /// the time that is left; `None` if its noise would be more than half of that in use.
     pub fn setting_of_exact_detail(&self) -> Option<RungSetting> {
         let tiles = tiles_of_crop(self.renderer.settings.size, self.detail).len() as f64;
         let share = tiles / tile_count(self.renderer.settings.size) as f64;
-        let sample = share * expected_seconds_of_sample(self);
+        let sample = share * self.seconds_of_sample();
         let count = |setting: &RungSetting| f64::from(self.space.sample_count(setting));
         let left = self.seconds_until(EFFECTS_END) / 2.0;
         let mut settings = self.space.sample_settings();

@@ -1,9 +1,12 @@
 //! Division of a picture into square tiles, numbered row by row as in a film.
 
-use super::space::FEWEST_TILES;
 use crate::hash::splitmix64;
 use crate::picture::Picture;
 use crate::settings::Crop;
+
+/// Least number of tiles, unless the picture has fewer: Student's factor is then 1.12 times the
+/// normal one.
+pub(super) const FEWEST_TILES: usize = 12;
 
 /// Returns the edge in pixels of the tiles of a picture: a multiple of 8, at most 32. A picture has
 /// four times the fewest tiles that are measured, unless their edge would be less than eight pixels.

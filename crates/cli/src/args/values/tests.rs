@@ -5,7 +5,6 @@ use std::time::Duration;
 use raywright_core::effects::Effect;
 use raywright_core::settings::Crop;
 
-use super::super::render::{BackgroundChoice, PictureShare};
 use super::*;
 
 /// Protects: times are parsed in their units, and anything else, too short or too long is

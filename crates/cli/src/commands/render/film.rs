@@ -14,8 +14,7 @@ use serde::Serialize;
 
 use crate::args::{PictureShare, ProgressStyle};
 use crate::commands::render::live::LivePreviews;
-use crate::commands::render::series::join_label;
-use crate::commands::render::write::{with_fallback_hint, write_film_to_fallback};
+use crate::commands::render::write::{join_label, with_fallback_hint, write_film_to_fallback};
 use crate::console::Verbosity;
 use crate::failure::Failure;
 use crate::observer::{Deadlines, RunObserver};

@@ -14,6 +14,14 @@ use crate::failure::{Exit, Failure};
 use crate::preparation::NOTHING_KEPT;
 use crate::targets::{FreePaths, OutputTarget, printable_path};
 
+/// Returns the name of a picture: that of its scene, with the label of its shot where it has one.
+pub fn join_label(stem: &str, label: &str) -> String {
+    match label {
+        "" => stem.to_owned(),
+        label => format!("{stem}-{label}"),
+    }
+}
+
 /// Writes the picture to all targets and returns the names of the written files. A failed write
 /// does not stop the other writes. The picture of the failed target is then kept in the folder of
 /// the input or in the temporary folder, and the failure names this copy.

@@ -20,6 +20,7 @@ use raywright_io::{Error, Input, InputFiles, LoadOptions, LoadedScene};
 
 use crate::commands::render::film;
 use crate::commands::render::series::combined::CombinedFiles;
+use crate::commands::render::write::join_label;
 use crate::failure::{Exit, Failure};
 use crate::plan::{ChosenExposure, PictureJob, PicturePlan, RenderTask};
 use crate::preparation::prepare_loaded;
@@ -445,14 +446,6 @@ fn resolve_default_files(
         )?])
     };
     jobs.iter().map(target).collect()
-}
-
-/// Returns the name of a picture: that of its scene, with the label of its shot where it has one.
-pub fn join_label(stem: &str, label: &str) -> String {
-    match label {
-        "" => stem.to_owned(),
-        label => format!("{stem}-{label}"),
-    }
 }
 
 /// Replaces `%d`, `%4d`, `%04d` or `####` in a name by a number, padded with zeros; `None` without
