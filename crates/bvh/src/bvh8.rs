@@ -256,6 +256,14 @@ impl Bvh8 {
         self.blocks[number as usize / WIDTH].triangle(number as usize % WIDTH)
     }
 
+    /// Returns the corners of the block that holds the triangle with a given number, as
+    /// `corners[axis][corner][lane]`, and the triangle's lane.
+    #[inline(always)]
+    pub fn block_corners(&self, number: u32) -> (&[[[f32; WIDTH]; 3]; 3], usize) {
+        let number = number as usize;
+        (&self.blocks[number / WIDTH].corners, number % WIDTH)
+    }
+
     /// Returns the selected kernel.
     pub fn kernel(&self) -> Kernel {
         match self.kernel {

@@ -319,6 +319,29 @@ impl<R: Real> Geometry<R> {
         self.primitives.triangles[index]
     }
 
+    /// Returns the coordinates of the corners of the triangle with the given index, as
+    /// [`Self::triangle`]. Vectors of f32 would be packed in pairs and unpacked again.
+    #[inline(always)]
+    pub(crate) fn triangle_coordinates(&self, index: usize) -> [[R; 3]; 3] {
+        if R::IS_SINGLE && self.bvh.has_triangle_blocks() {
+            let (corners, lane) = self.bvh.block_corners(index as u32);
+            let corner = |c: usize| {
+                [
+                    R::from_f32(corners[0][c][lane]),
+                    R::from_f32(corners[1][c][lane]),
+                    R::from_f32(corners[2][c][lane]),
+                ]
+            };
+            return [corner(0), corner(1), corner(2)];
+        }
+        let [a, b, c] = self.primitives.triangles[index].vertices;
+        [
+            [a.x(), a.y(), a.z()],
+            [b.x(), b.y(), b.z()],
+            [c.x(), c.y(), c.z()],
+        ]
+    }
+
     /// Returns the tree if SIMD kernels can traverse it; `None` for a linear scan and for
     /// primitives stored in f64.
     #[inline(always)]

@@ -80,6 +80,7 @@ pub use heap::{
     AllocationRefusal, CountingHeap, allocate_fallibly, limit_heap, remaining_heap_bytes,
     set_heap_refusal_handler,
 };
+pub use locate::{TriangleHitLanes, TriangleSurfaceLanes};
 pub use memory::huge_page_vec;
 pub use motion::Motion;
 pub use primitive_set::PrimitiveSet;

@@ -53,19 +53,20 @@ impl<R: Real> Geometry<R> {
         hits: impl Iterator<Item = (&'a Ray<R>, &'a Hit<R>)>,
         mut out: impl FnMut(usize, Surface<R>),
     ) {
-        let mut pending_hits = TriangleHitLanes::<R>::default();
+        let (mut pending, mut indices) = (TriangleHitLanes::<R>::default(), [0; LANES]);
         for (index, (ray, hit)) in hits.enumerate() {
             let slot = &self.primitives.slots[hit.slots[0] as usize];
             if slot.kind != PrimitiveKind::Triangle {
                 out(index, self.surface(ray, hit));
                 continue;
             }
-            pending_hits.push_hit(index, &self.triangle(slot.index as usize), hit);
-            if pending_hits.len == LANES {
-                pending_hits.flush_surfaces(&mut out);
+            indices[pending.len] = index;
+            pending.push_hit(self, hit);
+            if pending.len == LANES {
+                pending.flush_surfaces(&indices, &mut out);
             }
         }
-        pending_hits.flush_surfaces(&mut out);
+        pending.flush_surfaces(&indices, &mut out);
     }
 
     /// Computes the texture coordinates at a hit. `hit` must be the result of a query of this
@@ -214,12 +215,10 @@ impl<R: Real> Geometry<R> {
     }
 }
 
-/// Hits of up to eight triangles in structure-of-arrays layout, collected by
-/// [`Geometry::surfaces`].
-struct TriangleHitLanes<R: Real> {
+/// Hits of up to eight triangles outside instances, in structure-of-arrays layout.
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleHitLanes<R: Real> {
     len: usize,
-    /// Indices of the hits in the caller's list.
-    hit_indices: [usize; LANES],
     /// Corners as `corners[corner][axis][lane]`.
     corners: [[[R; LANES]; 3]; 3],
     /// Barycentric weights of the second and the third corner.
@@ -231,7 +230,6 @@ impl<R: Real> Default for TriangleHitLanes<R> {
         let none = [R::ZERO; LANES];
         Self {
             len: 0,
-            hit_indices: [0; LANES],
             corners: [[none; 3]; 3],
             weights: [none; 2],
         }
@@ -239,47 +237,54 @@ impl<R: Real> Default for TriangleHitLanes<R> {
 }
 
 impl<R: Real> TriangleHitLanes<R> {
+    /// Adds a hit of a triangle of `geometry` in the next lane. There must be a free lane.
     #[inline(always)]
-    fn push_hit(&mut self, index: usize, triangle: &Triangle<R>, hit: &Hit<R>) {
+    pub fn push_hit(&mut self, geometry: &Geometry<R>, hit: &Hit<R>) {
+        let slot = &geometry.primitives.slots[hit.slots[0] as usize];
+        let coordinates = geometry.triangle_coordinates(slot.index as usize);
         let lane = self.len;
         self.len += 1;
-        self.hit_indices[lane] = index;
-        for ([x, y, z], corner) in self.corners.iter_mut().zip(triangle.vertices) {
-            (x[lane], y[lane], z[lane]) = (corner.x(), corner.y(), corner.z());
+        for (columns, corner) in self.corners.iter_mut().zip(coordinates) {
+            for (column, coordinate) in columns.iter_mut().zip(corner) {
+                column[lane] = coordinate;
+            }
         }
         (self.weights[0][lane], self.weights[1][lane]) = (hit.u, hit.v);
     }
 
-    /// Passes the surfaces of all collected hits to `out`, then clears the collection.
+    /// Removes all hits and returns their surfaces, each as [`Geometry::surface`] computes it.
     #[inline(always)]
-    fn flush_surfaces(&mut self, out: &mut impl FnMut(usize, Surface<R>)) {
+    pub fn take_surfaces(&mut self) -> TriangleSurfaceLanes<R> {
+        let mut lanes = run_widest(LocateTrianglesTask(self));
+        for lane in 0..self.len {
+            if !lanes.is_inside[lane] {
+                let surface = self
+                    .triangle(lane)
+                    .eval_inset_surface_point(self.weights(lane))
+                    .to_scalar();
+                lanes.surfaces.set_lane(lane, &surface);
+            }
+        }
+        self.len = 0;
+        lanes.surfaces
+    }
+
+    /// Passes the surfaces of all collected hits to `out`, then clears the collection. `indices`
+    /// holds the indices of the hits in the caller's list.
+    #[inline(always)]
+    fn flush_surfaces(
+        &mut self,
+        indices: &[usize; LANES],
+        out: &mut impl FnMut(usize, Surface<R>),
+    ) {
         if self.len == 0 {
             return;
         }
-        let lanes = run_widest(LocateTrianglesTask(self));
-        for lane in 0..self.len {
-            let [point, normal] =
-                [lanes.point, lanes.normal].map(|[x, y, z]| Vector::new(x[lane], y[lane], z[lane]));
-            let surface = Surface {
-                point,
-                above: point,
-                below: point,
-                error: lanes.error[lane],
-                normal,
-            };
-            let inside = lanes.is_inside[lane];
-            out(
-                self.hit_indices[lane],
-                if inside {
-                    surface
-                } else {
-                    self.triangle(lane)
-                        .eval_inset_surface_point(self.weights(lane))
-                        .to_scalar()
-                },
-            );
+        let len = self.len;
+        let surfaces = self.take_surfaces();
+        for (lane, &index) in indices.iter().enumerate().take(len) {
+            out(index, surfaces.get_lane(lane));
         }
-        self.len = 0;
     }
 
     #[inline(always)]
@@ -302,13 +307,49 @@ impl<R: Real> TriangleHitLanes<R> {
     }
 }
 
-/// Surfaces of eight triangle hits, rounded to the stored scalar, one in each lane. A lane is valid
-/// only if its `is_inside` is set: the hit point is not near an edge. The caller evaluates the
-/// other hits one by one.
+/// Surfaces of up to eight triangle hits outside instances, as a structure of arrays. Rays to either
+/// side start at the hit point itself.
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleSurfaceLanes<R> {
+    /// Hit points, as `point[axis][lane]`.
+    pub point: [[R; LANES]; 3],
+    /// Outward geometric unit normals, as `normal[axis][lane]`.
+    pub normal: [[R; LANES]; 3],
+    /// Error bounds, see [`Surface::error`].
+    pub error: [R; LANES],
+}
+
+impl<R: Real> TriangleSurfaceLanes<R> {
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, surface: &Surface<R>) {
+        for ([x, y, z], v) in [
+            (&mut self.point, surface.point),
+            (&mut self.normal, surface.normal),
+        ] {
+            (x[lane], y[lane], z[lane]) = (v.x(), v.y(), v.z());
+        }
+        self.error[lane] = surface.error;
+    }
+
+    #[inline(always)]
+    fn get_lane(&self, lane: usize) -> Surface<R> {
+        let [point, normal] =
+            [self.point, self.normal].map(|[x, y, z]| Vector::new(x[lane], y[lane], z[lane]));
+        Surface {
+            point,
+            above: point,
+            below: point,
+            error: self.error[lane],
+            normal,
+        }
+    }
+}
+
+/// Surfaces of triangle hits before they are moved off edges. A lane is valid only if its
+/// `is_inside` is set: the hit point is not near an edge. The caller evaluates the other hits one
+/// by one.
 struct LocatedTriangles<R> {
-    point: [[R; LANES]; 3],
-    normal: [[R; LANES]; 3],
-    error: [R; LANES],
+    surfaces: TriangleSurfaceLanes<R>,
     is_inside: [bool; LANES],
 }
 
@@ -321,9 +362,11 @@ impl<R: Real> SimdTask for LocateTrianglesTask<'_, R> {
     fn run(self) -> LocatedTriangles<R> {
         let none = [R::ZERO; LANES];
         let mut out = LocatedTriangles {
-            point: [none; 3],
-            normal: [none; 3],
-            error: none,
+            surfaces: TriangleSurfaceLanes {
+                point: [none; 3],
+                normal: [none; 3],
+                error: none,
+            },
             is_inside: [false; LANES],
         };
         for lane in 0..LANES {
@@ -335,14 +378,7 @@ impl<R: Real> SimdTask for LocateTrianglesTask<'_, R> {
                 [corner(0), corner(1), corner(2)],
                 self.0.weights(lane),
             );
-            let surface = point.to_scalar::<R>();
-            for ([x, y, z], v) in [
-                (&mut out.point, surface.point),
-                (&mut out.normal, surface.normal),
-            ] {
-                (x[lane], y[lane], z[lane]) = (v.x(), v.y(), v.z());
-            }
-            out.error[lane] = surface.error;
+            out.surfaces.set_lane(lane, &point.to_scalar::<R>());
             out.is_inside[lane] = is_inside;
         }
         out

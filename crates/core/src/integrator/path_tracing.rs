@@ -61,6 +61,8 @@ pub(crate) struct PathTracer<'a, R: Real> {
     /// Whether ray queries are given the triangles at the ends of a ray
     /// ([`RayEndTriangles`](raywright_bvh::RayEndTriangles)). These triangles then need no exact intersection test.
     has_triangle_ends: bool,
+    /// Whether hits on uniform triangles need no interaction: see [`ObjectRecord::uniform`](crate::prepare::ObjectRecord).
+    has_uniform_triangles: bool,
     /// Media around the camera.
     media: MediumStack,
     wavefront: Wavefront<R>,
@@ -86,6 +88,7 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
             min_distances: scene.min_hit_distances(),
             has_triangle_ends: scene.geometry.can_skip_ray_ends()
                 && matches!(scene.rules.spawn, PreparedSpawnRule::ErrorBound),
+            has_uniform_triangles: has_uniform_triangles(scene),
             media: MediumStack::default(),
             wavefront: Wavefront::default(),
         };
@@ -124,6 +127,16 @@ const MIRROR_DENSITY: f64 = 1e5;
 /// Ratio of the density of a scattered direction to that of a light sample, from which on hardly any
 /// light sample falls into the lobe: BSDF sampling then has 99 % of the weight.
 const NARROW: f64 = 10.0;
+
+/// Whether hits on uniform triangles need no interaction in a scene. Absorbing media need the
+/// distance and the side of every hit, nested media its material, wireframes the triangle's edges,
+/// and constant offsets of rays the object's normal.
+fn has_uniform_triangles<R: Real>(scene: &PreparedScene<R>) -> bool {
+    matches!(scene.rules.spawn, PreparedSpawnRule::ErrorBound)
+        && !scene.tracks_media
+        && !scene.draws_edges
+        && scene.objects.iter().any(|object| object.uniform.is_some())
+}
 
 /// State of a path: all data on which its next segment depends.
 #[derive(Clone, Copy, Debug)]

@@ -92,21 +92,118 @@ impl<R: Real> Interaction<R> {
     }
 }
 
+/// Normals at the corners of up to [`LANES`] hit triangles, as a structure of arrays.
+pub(super) struct CornerNormalLanes<R: Real> {
+    corners: [Vec3Column<R>; 3],
+    weights: [LaneColumn<R>; 3],
+    /// Columns of the maps of normals.
+    axes: [Vec3Column<R>; 3],
+    /// Whether the map of normals in each lane changes no normal.
+    keeps_normals: LaneColumn<bool>,
+    /// Whether the shading normal is turned to the ray's side.
+    faces_viewer: LaneColumn<bool>,
+}
+
+/// Normals at hits, as a structure of arrays.
+pub(super) struct FacingNormalLanes<R: Real> {
+    /// Shading normals.
+    pub shading: Vec3Column<R>,
+    /// Geometric normals on the rays' sides.
+    pub geometric: Vec3Column<R>,
+}
+
+impl<R: Real> CornerNormalLanes<R> {
+    pub fn new() -> Self {
+        let (zero, one) = ([R::ZERO; LANES], [R::ONE; LANES]);
+        Self {
+            corners: [[zero; 3]; 3],
+            weights: [zero; 3],
+            axes: [[one, zero, zero], [zero, one, zero], [zero, zero, one]],
+            keeps_normals: [true; LANES],
+            faces_viewer: [false; LANES],
+        }
+    }
+
+    /// Sets the hit in a lane. Normals of zero stand for a mesh without normals.
+    #[inline(always)]
+    pub fn set_hit(
+        &mut self,
+        lane: usize,
+        scene: &PreparedScene<R>,
+        (record, mesh): (&ObjectRecord<R>, &ObjectMesh<R>),
+        hit: &Hit<R>,
+    ) {
+        match CornerNormals::from_hit(scene, mesh, hit) {
+            Some(corners) => self.set_lane(lane, &corners, record, mesh),
+            None => {
+                self.corners
+                    .iter_mut()
+                    .for_each(|column| set_lane_vector::<R>(column, lane, Vector::ZERO));
+                self.faces_viewer[lane] = record.face_viewer;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn set_lane(
+        &mut self,
+        lane: usize,
+        corners: &CornerNormals<R>,
+        record: &ObjectRecord<R>,
+        mesh: &ObjectMesh<R>,
+    ) {
+        for (column, normal) in self.corners.iter_mut().zip(corners.normals) {
+            set_lane_vector::<R>(column, lane, normal);
+        }
+        for (column, weight) in self.weights.iter_mut().zip(corners.weights) {
+            column[lane] = weight;
+        }
+        // Most maps change no normal, and such a map is mostly in the lane already.
+        if !(mesh.keeps_normals & self.keeps_normals[lane]) {
+            for (column, axis) in self.axes.iter_mut().zip(mesh.normals) {
+                set_lane_vector::<R>(column, lane, axis);
+            }
+            self.keeps_normals[lane] = mesh.keeps_normals;
+        }
+        self.faces_viewer[lane] = record.face_viewer;
+    }
+
+    /// Returns the normals at the hits of the first `len` lanes, given their outward geometric
+    /// normals and the directions of their rays.
+    #[inline(always)]
+    pub fn facing_normals(
+        &self,
+        geometric: &Vec3Column<R>,
+        direction: &Vec3Column<R>,
+        len: usize,
+    ) -> FacingNormalLanes<R> {
+        let (mut normals, is_kept) = run_widest(ShadingNormalTask {
+            corners: self,
+            geometric,
+            direction,
+        });
+        for (lane, _) in is_kept.iter().enumerate().take(len).filter(|kept| !kept.1) {
+            let n = ensure_reflection_above::<R>(
+                get_lane_vector::<R>(&normals.shading, lane),
+                get_lane_vector::<R>(&normals.geometric, lane),
+                true,
+                get_lane_vector::<R>(direction, lane),
+            );
+            set_lane_vector::<R>(&mut normals.shading, lane, n);
+        }
+        normals
+    }
+}
+
 /// Up to [`LANES`] hits on meshes with normals, as a structure of arrays.
 pub(super) struct ShadingNormalLanes<R: Real> {
     len: usize,
     /// Indices of the hits' interactions.
     indices: LaneColumn<usize>,
-    corners: [Vec3Column<R>; 3],
-    weights: [LaneColumn<R>; 3],
-    /// Columns of the maps of normals.
-    axes: [Vec3Column<R>; 3],
+    corners: CornerNormalLanes<R>,
     /// Outward geometric normals.
     geometric: Vec3Column<R>,
     direction: Vec3Column<R>,
-    outside: LaneColumn<bool>,
-    /// Whether the shading normal is turned.
-    is_turned: LaneColumn<bool>,
 }
 
 impl<R: Real> ShadingNormalLanes<R> {
@@ -115,13 +212,9 @@ impl<R: Real> ShadingNormalLanes<R> {
         Self {
             len: 0,
             indices: [0; LANES],
-            corners: [none; 3],
-            weights: none,
-            axes: [none; 3],
+            corners: CornerNormalLanes::new(),
             geometric: none,
             direction: none,
-            outside: [false; LANES],
-            is_turned: [false; LANES],
         }
     }
 
@@ -138,27 +231,17 @@ impl<R: Real> ShadingNormalLanes<R> {
         let record = &scene.objects[interaction.object as usize];
         let mesh = record.mesh.as_ref().filter(|mesh| !mesh.rotates);
         let corners =
-            mesh.and_then(|mesh| Some((&mesh.normals, CornerNormals::from_hit(scene, mesh, hit)?)));
-        let Some((axes, corners)) = corners else {
+            mesh.and_then(|mesh| Some((mesh, CornerNormals::from_hit(scene, mesh, hit)?)));
+        let Some((mesh, corners)) = corners else {
             interaction.set_shading_normal(scene, record, (ray, hit));
             return;
         };
         let lane = self.len;
         self.len += 1;
         self.indices[lane] = index;
-        for (column, normal) in self.corners.iter_mut().zip(corners.normals) {
-            set_lane_vector::<R>(column, lane, normal);
-        }
-        for (column, weight) in self.weights.iter_mut().zip(corners.weights) {
-            column[lane] = weight;
-        }
-        for (column, axis) in self.axes.iter_mut().zip(axes) {
-            set_lane_vector::<R>(column, lane, *axis);
-        }
+        self.corners.set_lane(lane, &corners, record, mesh);
         set_lane_vector::<R>(&mut self.geometric, lane, interaction.surface.normal);
         set_lane_vector::<R>(&mut self.direction, lane, interaction.direction);
-        self.outside[lane] = interaction.outside;
-        self.is_turned[lane] = record.face_viewer && !interaction.outside;
         if self.len == LANES {
             self.flush(interactions);
         }
@@ -170,27 +253,34 @@ impl<R: Real> ShadingNormalLanes<R> {
         if self.len == 0 {
             return;
         }
-        let (normals, is_kept) = run_widest(ShadingNormalTask(self));
-        for lane in 0..self.len {
-            let interaction = &mut interactions[self.indices[lane]];
-            interaction.normal = get_lane_vector::<R>(&normals, lane);
-            if !is_kept[lane] {
-                interaction.bend_shading_normal();
-            }
+        let normals = self
+            .corners
+            .facing_normals(&self.geometric, &self.direction, self.len);
+        for (lane, &index) in self.indices.iter().enumerate().take(self.len) {
+            interactions[index].normal = get_lane_vector::<R>(&normals.shading, lane);
         }
         self.len = 0;
     }
 }
 
-/// Task of [`run_widest`]: the shading normals of hits before they are bent, and whether each is
+/// Task of [`run_widest`]: the normals at hits before shading normals are bent, and whether each is
 /// kept as it is.
-struct ShadingNormalTask<'a, R: Real>(&'a ShadingNormalLanes<R>);
+struct ShadingNormalTask<'a, R: Real> {
+    corners: &'a CornerNormalLanes<R>,
+    geometric: &'a Vec3Column<R>,
+    direction: &'a Vec3Column<R>,
+}
 
 impl<R: Real> SimdTask for ShadingNormalTask<'_, R> {
-    type Output = (Vec3Column<R>, LaneColumn<bool>);
+    type Output = (FacingNormalLanes<R>, LaneColumn<bool>);
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let (lanes, mut normals, mut is_kept) = (self.0, [[R::ZERO; LANES]; 3], [false; LANES]);
+        let (lanes, none) = (self.corners, [[R::ZERO; LANES]; 3]);
+        let mut normals = FacingNormalLanes {
+            shading: none,
+            geometric: none,
+        };
+        let mut is_kept = [false; LANES];
         for (lane, is_kept) in is_kept.iter_mut().enumerate() {
             let vectors = |columns: &[Vec3Column<R>; 3]| {
                 [
@@ -208,12 +298,19 @@ impl<R: Real> SimdTask for ShadingNormalTask<'_, R> {
                 ],
             };
             let n = transform_normal::<R>(vectors(&lanes.axes), corners.interpolate()).normalize();
-            let geometric = get_lane_vector::<R>(&lanes.geometric, lane);
+            let geometric = get_lane_vector::<R>(self.geometric, lane);
+            let direction = get_lane_vector::<R>(self.direction, lane);
+            let outside = direction.dot(geometric) < R::ZERO;
             let n = if n.is_finite() { n } else { geometric };
-            let n = if lanes.is_turned[lane] { -n } else { n };
-            set_lane_vector::<R>(&mut normals, lane, n);
-            let direction = get_lane_vector::<R>(&lanes.direction, lane);
-            *is_kept = reflects_above::<R>(n, geometric, lanes.outside[lane], direction);
+            let n = if lanes.faces_viewer[lane] & !outside {
+                -n
+            } else {
+                n
+            };
+            let facing = if outside { geometric } else { -geometric };
+            set_lane_vector::<R>(&mut normals.shading, lane, n);
+            set_lane_vector::<R>(&mut normals.geometric, lane, facing);
+            *is_kept = reflects_above::<R>(n, facing, true, direction);
         }
         (normals, is_kept)
     }

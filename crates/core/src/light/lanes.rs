@@ -1,6 +1,6 @@
 //! Light samples for several receiving points, as structures of arrays.
 
-use raywright_bvh::{Real, Surface, Vector};
+use raywright_bvh::{Real, Surface, TriangleSurfaceLanes, Vector};
 
 use super::{LightDensity, LightId, LightSample, ShadowRayTarget};
 
@@ -95,6 +95,13 @@ impl<R: Real> SurfaceLanes<R> {
             normal: none,
             error: none[0],
         }
+    }
+
+    /// Sets all lanes to the surfaces of triangles.
+    #[inline(always)]
+    pub fn set_triangles(&mut self, surfaces: &TriangleSurfaceLanes<R>) {
+        (self.point, self.above, self.below) = (surfaces.point, surfaces.point, surfaces.point);
+        (self.normal, self.error) = (surfaces.normal, surfaces.error);
     }
 
     #[inline(always)]

@@ -35,8 +35,20 @@ pub(crate) struct ObjectRecord<R: Real> {
     pub needs_uv: bool,
     /// Whether the material needs tangents, for a normal map or anisotropy.
     pub needs_tangents: bool,
+    /// Kind of the surface of a mesh whose material has a [uniform
+    /// model](super::PreparedMaterial::uniform_model); `None` for any other object. Hits outside
+    /// instances then need no interaction.
+    pub uniform: Option<UniformSurface>,
     /// The mesh; `None` for another shape.
     pub mesh: Option<ObjectMesh<R>>,
+}
+
+/// Kind of a rough opaque surface that is the same everywhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum UniformSurface {
+    /// Without specular reflection.
+    Matte,
+    Glossy,
 }
 
 /// The mesh of an object, with the object's transform of normals.
@@ -50,6 +62,8 @@ pub(crate) struct ObjectMesh<R: Real> {
     /// Whether the object moves other than by translation. Then [`Self::normals`] holds for time 0,
     /// and the geometry transforms normals at other times.
     pub rotates: bool,
+    /// Whether [`Self::normals`] changes no normal.
+    pub keeps_normals: bool,
     /// Whether the triangles' orientation is reversed, because the transform mirrors.
     pub flipped: bool,
     /// Bit mask of the sets of texture coordinates that the material reads.

@@ -17,8 +17,9 @@ pub(crate) use physical::{
 };
 
 use super::error::PrepareError;
+use super::geometry::UniformSurface;
 use super::inputs::InputCompiler;
-use crate::material::MaterialTables;
+use crate::material::{MaterialTables, MetallicRoughness};
 use crate::scene::{AlphaMode, Colour, Material as MaterialData, MaterialModel, Scene};
 use crate::texture::ShadingContext;
 
@@ -96,6 +97,31 @@ impl<R: Real> PreparedMaterial<R> {
     /// rays only by refraction block such rays, because refraction changes the direction.
     pub fn blocks_straight_rays(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.alpha != AlphaMode::Opaque)
+    }
+
+    /// Returns the model of an opaque physical surface that is the same everywhere.
+    #[inline(always)]
+    pub fn uniform_model(&self) -> Option<&MetallicRoughness<R>> {
+        match self {
+            Self::Physical(m) => m.uniform_model.as_ref(),
+            _ => None,
+        }
+    }
+
+    /// Returns the kind of a rough surface without normal map, layers and emission that has a
+    /// [`Self::uniform_model`].
+    pub fn uniform_surface(&self) -> Option<UniformSurface> {
+        match self {
+            Self::Physical(m) if m.is_common && m.normal_map.is_none() && m.emission.is_none() => {
+                let model = m.uniform_model.filter(|model| model.is_rough())?;
+                Some(if model.is_matte() {
+                    UniformSurface::Matte
+                } else {
+                    UniformSurface::Glossy
+                })
+            }
+            _ => None,
+        }
     }
 
     /// Whether the surface is a thin wall, which transmits light without refraction.

@@ -42,7 +42,7 @@ use context::PrepareContext;
 pub use error::PrepareError;
 pub(crate) use error::check_cancelled;
 pub(crate) use estimate::estimate_memory;
-pub(crate) use geometry::{ObjectMesh, ObjectRecord, build_geometry};
+pub(crate) use geometry::{ObjectMesh, ObjectRecord, UniformSurface, build_geometry};
 pub use light_leaks::{LampRef, LightLeak};
 use lights::{build_sky_sampler, prepare_irradiance, prepare_lights};
 pub(crate) use material::{

@@ -44,11 +44,18 @@ impl<R: Real> PreparedScene<R> {
             .materials
             .iter()
             .any(PreparedMaterial::is_thin_wall);
+        let mut objects = parts.built.objects;
+        for object in &mut objects {
+            let is_at_rest = object.mesh.is_some_and(|mesh| !mesh.rotates);
+            object.uniform = materials.materials[object.material as usize]
+                .uniform_surface()
+                .filter(|_| is_at_rest);
+        }
         Self {
             geometry_bytes: parts.built.geometry.memory_bytes(),
             geometry: parts.built.geometry,
             meshes: parts.built.meshes,
-            objects: parts.built.objects,
+            objects,
             collapsed_meshes: parts.built.collapsed_meshes,
             origin: context.origin,
             absorbs,

@@ -89,9 +89,12 @@ impl<R: Real> PathTracer<'_, R> {
             is_transmitted: true,
             is_straight: false,
         };
+        if self.scene.tracks_media {
+            path.media = self.media_beyond_surface(&path.media, interaction);
+        }
         self.start_segment(
             path,
-            interaction,
+            interaction.surface.point,
             (path.throughput * tint, f64::INFINITY),
             (&ray, Vector::ZERO),
             &scattered_ray,

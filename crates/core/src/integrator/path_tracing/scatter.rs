@@ -7,7 +7,6 @@ use super::shade::ScatteredRayLanes;
 use super::vertices::{LitSides, VertexLanes, WavefrontSlice};
 use super::{NARROW, PathState, PathTracer, PreviousVertex};
 use crate::counters::add_power;
-use crate::interaction::Interaction;
 use crate::light::get_lane_vector;
 use crate::prepare::PreparedSpawnRule;
 
@@ -46,10 +45,7 @@ impl<R: Real> PathTracer<'_, R> {
         scattered_ray: &ScatteredRay<R>,
     ) {
         let index = vertices.hit_indices[lane] as usize;
-        let (path, interaction) = (
-            &mut slice.paths[slice.active[index] as usize],
-            &slice.interactions[index],
-        );
+        let path = &mut slice.paths[slice.active[index] as usize];
         let mut ray = Ray::new(
             get_lane_vector::<R>(&next.origin, lane),
             get_lane_vector::<R>(&bsdf_lanes.direction, lane),
@@ -57,6 +53,7 @@ impl<R: Real> PathTracer<'_, R> {
         let normal = get_lane_vector::<R>(&vertices.normal, lane);
         if !matches!(self.scene.rules.spawn, PreparedSpawnRule::ErrorBound) {
             // Ray origins are offset along the object's normal.
+            let interaction = &slice.interactions[index];
             let side = if scattered_ray.is_transmitted == (normal == interaction.normal) {
                 -R::ONE
             } else {
@@ -73,10 +70,14 @@ impl<R: Real> PathTracer<'_, R> {
             get_lane_vector::<R>(&next.throughput, lane),
             bsdf_lanes.density[lane].to_f64(),
         );
-        self.start_segment(path, interaction, leaves, (&ray, lit), scattered_ray);
+        let from = get_lane_vector::<R>(&vertices.surface.point, lane);
+        if self.scene.tracks_media && scattered_ray.is_transmitted {
+            path.media = self.media_beyond_surface(&path.media, &slice.interactions[index]);
+        }
+        self.start_segment(path, from, leaves, (&ray, lit), scattered_ray);
     }
 
-    /// Continues a path along a scattered ray.
+    /// Continues a path along a scattered ray from the point `from` of a surface.
     ///
     /// - `density`: density by solid angle of the ray's direction, infinite for a delta lobe.
     /// - `lit`: normal of the side on which lights were sampled; zero for both sides.
@@ -84,7 +85,7 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn start_segment(
         &mut self,
         path: &mut PathState<R>,
-        interaction: &Interaction<R>,
+        from: R::Vec3,
         (throughput, density): (R::Vec3, f64),
         (ray, lit): (&Ray<R>, R::Vec3),
         scattered_ray: &ScatteredRay<R>,
@@ -103,7 +104,7 @@ impl<R: Real> PathTracer<'_, R> {
         if !scattered_ray.is_straight {
             path.min_pdf = path.min_pdf.min(path.previous.density);
             path.previous = PreviousVertex {
-                from: interaction.surface.point,
+                from,
                 normal: lit,
                 density,
             };
@@ -117,9 +118,6 @@ impl<R: Real> PathTracer<'_, R> {
                 self.counters.narrow += 1;
                 add_power(&mut self.counters.narrow_power, hit);
             }
-        }
-        if self.scene.tracks_media && scattered_ray.is_transmitted {
-            path.media = self.media_beyond_surface(&path.media, interaction);
         }
     }
 }

@@ -27,10 +27,7 @@ impl<R: Real> PathTracer<'_, R> {
         shaded: &ShadedLanes<R>,
     ) {
         let index = vertices.hit_indices[lane] as usize;
-        let (path, interaction) = (
-            &mut slice.paths[slice.active[index] as usize],
-            &slice.interactions[index],
-        );
+        let path = &mut slice.paths[slice.active[index] as usize];
         let scattered = get_lane_vector::<R>(&shaded.lit.reflected, lane);
         let scattered = if self.needs_one_shadow_ray(light)
             && lights.target_kinds[lane] != ShadowRayTargetKind::Stored
@@ -45,7 +42,7 @@ impl<R: Real> PathTracer<'_, R> {
                     get_lane_vector::<R>(&shaded.shadow.start, lane),
                     get_lane_vector::<R>(&shaded.shadow.directions, lane),
                 )
-                .with_time(interaction.time);
+                .with_time(path.segment.ray.time);
                 let ends = self.shadow_ray_ends(&slice.hits[index], light, (&shaded.shadow, lane));
                 self.shadow_transmittance(
                     (&ray, &ends),
@@ -67,6 +64,13 @@ impl<R: Real> PathTracer<'_, R> {
             self.usage.count_ray(light, scattered != Vector::ZERO);
             scattered
         } else {
+            let rebuilt;
+            let interaction = if index < slice.uniform {
+                rebuilt = Interaction::from_hit(self.scene, &path.segment, &slice.hits[index]);
+                &rebuilt
+            } else {
+                &slice.interactions[index]
+            };
             self.apply_visibility(
                 path,
                 interaction,

@@ -15,13 +15,17 @@ pub(super) struct WavefrontSlice<'a, R: Real> {
     pub paths: &'a mut [PathState<R>],
     /// Indices of the paths whose segment hit a surface; these paths are called active.
     pub active: &'a [u32],
+    /// Number of active paths on uniform triangles, the first of `active`. They have no
+    /// interactions.
+    pub uniform: usize,
     /// Interactions of the active paths, in the order of `active`. `hits` has the same order.
     pub interactions: &'a mut [Interaction<R>],
     pub hits: &'a [Hit<R>],
 }
 
 impl<R: Real> WavefrontSlice<'_, R> {
-    /// Returns the path and the interaction of a vertex, given its index in `active`.
+    /// Returns the path and the interaction of a vertex, given its index in `active`. The vertex
+    /// must not lie on a uniform triangle.
     #[inline(always)]
     pub fn path_and_interaction(&self, index: u32) -> (&PathState<R>, &Interaction<R>) {
         (
@@ -126,9 +130,7 @@ impl<R: Real> VertexLanes<R> {
         (normal, sides, gain): (R::Vec3, LitSides, R),
         roulette: RouletteStart,
     ) -> usize {
-        let lane = self.len;
-        self.len += 1;
-        self.hit_indices[lane] = index;
+        let lane = self.push_path(index, (path, samples), (sides, gain), roulette);
         self.surface.set_lane(lane, &interaction.surface);
         set_lane_vector::<R>(
             &mut self.geometric,
@@ -140,7 +142,22 @@ impl<R: Real> VertexLanes<R> {
             },
         );
         set_lane_vector::<R>(&mut self.normal, lane, normal);
-        set_lane_vector::<R>(&mut self.direction, lane, interaction.direction);
+        lane
+    }
+
+    /// Adds a vertex without its surface, as [`Self::push_vertex`].
+    #[inline(always)]
+    pub fn push_path(
+        &mut self,
+        index: u32,
+        (path, samples): (&PathState<R>, &VertexSamples),
+        (sides, gain): (LitSides, R),
+        roulette: RouletteStart,
+    ) -> usize {
+        let lane = self.len;
+        self.len += 1;
+        self.hit_indices[lane] = index;
+        set_lane_vector::<R>(&mut self.direction, lane, path.segment.ray.direction);
         self.sides[lane] = sides;
         self.gain[lane] = gain;
         set_lane_vector::<R>(&mut self.throughput, lane, path.throughput);

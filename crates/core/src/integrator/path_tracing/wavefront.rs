@@ -4,6 +4,7 @@
 //! other paths.
 
 mod path_ends;
+mod uniform_triangles;
 mod vertex_inputs;
 
 use raywright_bvh::{Hit, Interval, RayEndTriangles, Real, Vector, run_widest};
@@ -27,11 +28,13 @@ pub(super) struct Wavefront<R: Real> {
     active: Vec<u32>,
     /// Hits of the active paths, in their order.
     hits: Vec<Hit<R>>,
+    /// Number of active paths on uniform triangles, the first of `active`.
+    uniform: usize,
     /// Indices of the paths whose latest ray hit nothing.
     escaped: Vec<u32>,
     /// Sky samples of the escaped paths.
     sky_samples: Vec<SkySample<R>>,
-    /// Interactions of the paths with a hit, followed by unused entries.
+    /// Interactions of the active paths; unused for those on uniform triangles and at the end.
     interactions: Vec<Interaction<R>>,
     draws: Vec<[f32; 4]>,
     vertices: VertexQueues<R>,
@@ -60,8 +63,10 @@ impl<R: Real> PathTracer<'_, R> {
             if wave.active.is_empty() {
                 break;
             }
+            self.sort_uniform_triangles(wave);
             self.compute_interactions(wave);
             self.draw_vertex_samples(wave);
+            self.queue_uniform_triangles(wave, results);
             self.evaluate_materials(wave, results);
             self.shade_vertices(wave);
             self.intersect_rays(wave);
@@ -169,19 +174,19 @@ impl<R: Real> PathTracer<'_, R> {
             paths,
             active,
             hits,
+            uniform,
             interactions,
             draws,
             vertices,
             survives,
             ..
         } = wave;
-        vertices.clear();
-        survives.clear();
         for (k, ((&index, hit), interaction)) in active
             .iter()
             .zip(&*hits)
             .zip(&mut *interactions)
             .enumerate()
+            .skip(*uniform)
         {
             let path = &mut paths[index as usize];
             if self.has_triangle_ends {
@@ -212,6 +217,7 @@ impl<R: Real> PathTracer<'_, R> {
             paths,
             active,
             hits,
+            uniform,
             interactions,
             vertices,
             requested,
@@ -224,6 +230,7 @@ impl<R: Real> PathTracer<'_, R> {
             WavefrontSlice {
                 paths,
                 active,
+                uniform: *uniform,
                 interactions,
                 hits,
             },

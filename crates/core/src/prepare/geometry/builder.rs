@@ -102,6 +102,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             casts_shadow,
             needs_uv: mesh.is_none() && geometry_needs.needs_uv,
             needs_tangents: geometry_needs.needs_tangents,
+            uniform: None,
             mesh,
         });
         Ok(())
@@ -146,6 +147,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         Ok(ObjectMesh {
             mesh,
             normals: columns.map(Vector::from_f64),
+            keeps_normals: columns == DVec3::AXES && !columns.iter().any(has_minus_zero),
             rotates: placed_object
                 .object_to_world_at_ends()
                 .is_some_and(|[start, end]| start.matrix3 != end.matrix3),
@@ -312,6 +314,14 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             .map(drop)
             .map_err(refused)
     }
+}
+
+/// Whether a component of a vector is minus zero. A product with it may differ from a product with
+/// zero by its sign.
+fn has_minus_zero(v: &DVec3) -> bool {
+    v.to_array()
+        .iter()
+        .any(|&x| x == 0.0 && x.is_sign_negative())
 }
 
 /// Returns the sides of an object that rays hit, and its effect on shadow rays.

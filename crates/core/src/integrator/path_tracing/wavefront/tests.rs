@@ -183,6 +183,10 @@ fn many_or_few<R: Real>(scene: &Scene, effects: EffectSet) {
         );
     }
     let short = followed(&prepared, 2, 100);
+    prepared
+        .objects
+        .iter_mut()
+        .for_each(|object| object.uniform = None);
     for material in &mut prepared.materials {
         match material {
             PreparedMaterial::Physical(m) => m.is_common = false,
@@ -205,6 +209,131 @@ fn paths_bring_what_they_bring_alone() {
     let scene = everything();
     many_or_few::<f32>(&scene, EffectSet::ALL);
     many_or_few::<f64>(&scene, EffectSet::ALL);
+}
+
+/// Meshes of materials that are the same everywhere, matte and glossy, `scale` times as large: smooth
+/// and flat, mirrored, with normals that point outwards on both sides, shown twice, and beside a
+/// checkered mesh and a ball; under lamps of each kind and a sky.
+fn uniform_meshes(scale: f64) -> Scene {
+    let place = |x: f64, y: f64, z: f64| json!([x * scale, y * scale, z * scale]);
+    let mesh = |name: &str, normals: serde_json::Value| {
+        let mut data = json!({ "positions": [place(-1.0, -1.0, 0.0), place(1.0, -1.0, 0.0), place(1.0, 1.0, 0.2),
+            place(-1.0, 1.0, 0.0)], "indices": [[0, 1, 2], [0, 2, 3]] });
+        if !normals.is_null() {
+            data["normals"] = normals;
+        }
+        json!({ "name": name, "source": { "inline": data } })
+    };
+    let object = |mesh: &str, material: &str, x: f64, y: f64, more: serde_json::Value| {
+        let mut object = json!({ "shape": { "mesh": mesh }, "material": material,
+            "transform": [{ "translate": place(x, y, 0.0) }] });
+        for (key, value) in more.as_object().expect("keys") {
+            object[key] = value.clone();
+        }
+        object
+    };
+    let material = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });
+    let tilted = json!([
+        [-0.9, 0, 0.3],
+        [0.9, 0.2, 0.3],
+        [0.9, 0.9, 0.1],
+        [-0.9, 0.9, 0.1]
+    ]);
+    serde_json::from_value(json!({
+        "format": 1,
+        "cameras": [{ "pose": { "look_at": { "eye": place(1.0, 1.0, 9.0), "target": [0, 0, 0] } },
+            "projection": { "pinhole": { "vertical_fov": 50 } } }],
+        "sky": { "gradient": { "bottom": [0.2, 0.3, 0.5], "top": [0.6, 0.7, 0.9] } },
+        "lights": [{ "kind": { "point": { "position": place(0.0, 0.0, 5.0) } },
+                "colour": [9.0 * scale * scale, 8.0 * scale * scale, 7.0 * scale * scale] },
+            { "kind": { "point": { "position": place(3.0, 0.0, 5.0) } }, "specular": false, "shadows": false,
+                "colour": [scale * scale, scale * scale, scale * scale] }],
+        "materials": [
+            material("paper", json!({ "base_colour": [0.8, 0.7, 0.5], "specular": 0, "roughness": 1 })),
+            material("metal", json!({ "base_colour": [0.9, 0.7, 0.4], "metallic": 1, "roughness": 0.25 })),
+            material("cells", json!({ "specular": 0, "base_colour":
+                { "checker": { "even": [0.9, 0.4, 0.1], "odd": [0.1, 0.2, 0.8], "size": 0.3 * scale } } })),
+            material("lamp", json!({ "emission": [5, 4, 3] })),
+        ],
+        "meshes": [mesh("tilted", tilted.clone()), mesh("flat", json!(null)), mesh("again", tilted.clone()),
+            mesh("mirrored", tilted.clone()), mesh("behind", tilted.clone()), mesh("checkered", tilted.clone()),
+            mesh("shining", json!(null)), mesh("twice", tilted)],
+        "objects": [
+            object("tilted", "paper", -3.0, 2.0, json!({})),
+            object("flat", "paper", 0.0, 2.0, json!({})),
+            object("again", "metal", 3.0, 2.0, json!({})),
+            object("mirrored", "paper", -3.0, -2.0, json!({ "transform":
+                [{ "scale": [-1, 0.7, 2] }, { "translate": place(-3.0, -2.0, 0.0) }] })),
+            object("behind", "paper", 3.0, -2.0, json!({ "face_viewer": false, "transform":
+                [{ "rotate": { "axis": [0, 1, 0], "degrees": 180 } }, { "translate": place(3.0, -2.0, 0.0) }] })),
+            object("checkered", "cells", 0.0, -2.0, json!({})),
+            object("shining", "lamp", 0.0, 4.2, json!({})),
+            object("twice", "paper", -3.0, 4.2, json!({})),
+            object("twice", "paper", 3.0, 4.2, json!({})),
+            { "shape": { "sphere": { "centre": place(0.0, 0.0, 0.0), "radius": 0.8 * scale } }, "material": "paper" },
+            { "shape": { "sphere": { "centre": place(1.5, 0.0, 1.0), "radius": 0.2 * scale } }, "material": "lamp" },
+            { "shape": { "quad": { "corner": place(-2.0, 0.0, 2.0), "edge_u": place(0.5, 0.0, 0.0),
+                "edge_v": place(0.0, 0.5, 0.3) } }, "material": "lamp" },
+        ],
+    }))
+    .expect("a scene")
+}
+
+fn uniform_or_general<R: Real>(scale: f64) {
+    let scene = uniform_meshes(scale);
+    let settings = Settings {
+        size: SIZE,
+        integrator: crate::scene::Integrator::Path,
+        ..Settings::from_scene(&scene)
+    };
+    // Nested media need the material of every hit.
+    let effects = EffectSet::ALL.without(EffectSet::from_effects(&[Effect::NestedMedia]));
+    let mut prepared = PreparedScene::<R>::new(&scene, &settings, effects, &())
+        .expect("it can be prepared");
+    let uniform = prepared
+        .objects
+        .iter()
+        .filter(|object| object.uniform.is_some());
+    assert_eq!(
+        uniform.count(),
+        7,
+        "five meshes, and one that is shown twice"
+    );
+    assert!(PathTracer::new(&prepared, 7, true, &()).has_uniform_triangles);
+    let (alone, counters) = followed(&prepared, 7, 1);
+    assert!(
+        counters.scatter > 200 && counters.shadow > 100,
+        "{counters:?}"
+    );
+    for together in [8, 100, usize::MAX] {
+        assert_eq!(
+            followed(&prepared, 7, together),
+            (alone.clone(), counters),
+            "{together}"
+        );
+    }
+    let short = followed(&prepared, 2, 100);
+    prepared
+        .objects
+        .iter_mut()
+        .for_each(|object| object.uniform = None);
+    assert_eq!(
+        followed(&prepared, 7, 100),
+        (alone, counters),
+        "{scale:e} by interactions"
+    );
+    assert_eq!(followed(&prepared, 2, 100), short, "{scale:e}, short paths");
+}
+
+/// Protects: paths over triangles of uniform materials have the bits of paths that compute every
+/// interaction, with their first hits and counters: on both sides, smooth and flat, mirrored, in
+/// instances, under lights of each kind, at tiny and huge scales, in both precisions.
+#[test]
+fn uniform_triangles_bring_what_interactions_bring() {
+    for scale in [1e-6, 1.0, 1e9] {
+        uniform_or_general::<f32>(scale);
+        uniform_or_general::<f64>(scale);
+    }
 }
 
 /// Protects: the number of paths side by side changes no bit in absorbing and refractive media,

@@ -17,6 +17,7 @@ impl<R: Real> PathTracer<'_, R> {
             paths,
             active,
             hits,
+            uniform,
             interactions,
             ..
         }: &mut Wavefront<R>,
@@ -24,6 +25,8 @@ impl<R: Real> PathTracer<'_, R> {
         if interactions.len() < active.len() {
             interactions.resize(active.len(), Interaction::PLACEHOLDER);
         }
+        let (active, hits) = (&active[*uniform..], &hits[*uniform..]);
+        let interactions = &mut interactions[*uniform..];
         let rays = active
             .iter()
             .map(|&index| &paths[index as usize].segment.ray);
@@ -43,7 +46,7 @@ impl<R: Real> PathTracer<'_, R> {
                 .for_each(|hit| self.scene.prefetch_vertex_attributes(hit));
         }
         let mut normals = ShadingNormalLanes::new();
-        for (k, (&index, hit)) in active.iter().zip(&*hits).enumerate() {
+        for (k, (&index, hit)) in active.iter().zip(hits).enumerate() {
             let (segment, interaction) = (&paths[index as usize].segment, &mut interactions[k]);
             interaction.fill_geometry_from_surface(self.scene, &segment.ray, hit);
             interaction.fill_texture_coordinates(self.scene, segment, hit);
