@@ -288,8 +288,8 @@ fn uniform_or_general<R: Real>(scale: f64) {
     };
     // Nested media need the material of every hit.
     let effects = EffectSet::ALL.without(EffectSet::from_effects(&[Effect::NestedMedia]));
-    let mut prepared = PreparedScene::<R>::new(&scene, &settings, effects, &())
-        .expect("it can be prepared");
+    let mut prepared =
+        PreparedScene::<R>::new(&scene, &settings, effects, &()).expect("it can be prepared");
     let uniform = prepared
         .objects
         .iter()
