@@ -33,6 +33,9 @@ const EFFECTS_END: f64 = 0.97;
 /// tracing rays split at glass and mirrors, so that their number doubles with each segment of the
 /// path.
 const PATIENCE: f64 = 20.0;
+/// Share of the budget that any trial may take: a busy machine pauses a short trial for longer than
+/// the trial lasts.
+const LEAST_PATIENCE: f64 = 0.005;
 
 /// A measurement in progress.
 pub(super) struct Study<'a> {
@@ -306,6 +309,7 @@ impl<'a> Study<'a> {
     pub fn time_limit(&self, expected: f64) -> Instant {
         let first = self.table.first().map_or(0.0, |trial| trial.wall);
         let patience = Duration::from_secs_f64(PATIENCE * expected + first);
+        let patience = patience.max(self.effort.budget.mul_f64(LEAST_PATIENCE));
         ((self.renderer.now)() + patience).min(self.instant_of(TRIALS_END))
     }
 

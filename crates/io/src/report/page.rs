@@ -315,11 +315,28 @@ impl AccuracyPage<'_> {
             },
             [columns, rows],
         ) = (detail, self.report.size);
-        format!(
-            "<figure class=\"whole\" style=\"max-width:{}px\"><div class=\"frames\"><img alt=\"the picture\" src=\"{}\"><svg viewBox=\"0 0 {columns} {rows}\" preserveAspectRatio=\"none\">{frames}{}</svg></div>\n<figcaption>The picture. {measured} The part with the thick frame is magnified below.</figcaption></figure>\n<h2>Where objects have the most noise</h2>\n<p class=\"soft\">{width}×{height} pixels, from column {x} and row {y} (counted from 0) on; each pixel is a square.</p>\n<div class=\"pair\">\n<label>left<select id=\"one\">{options}</select></label>\n<label>right<select id=\"other\">{options}</select></label>\n<label>border between left and right<input id=\"edge\" type=\"range\" min=\"0\" max=\"100\" value=\"50\"></label></div>\n<div class=\"stage\" style=\"width:{}px\"><img id=\"under\" alt=\"\"><img id=\"over\" class=\"over\" alt=\"\"></div>\n<div class=\"details\">\n{figures}</div>\n",
+        // Two pictures are compared; one alone shows nothing.
+        let is_magnified = self.details.len() > 1;
+        let whole = format!(
+            "<figure class=\"whole\" style=\"max-width:{}px\"><div class=\"frames\"><img alt=\"the picture\" src=\"{}\"><svg viewBox=\"0 0 {columns} {rows}\" preserveAspectRatio=\"none\">{frames}{}</svg></div>\n<figcaption>The picture. {measured}{}</figcaption></figure>\n",
             WIDEST.min(MOST_SCALE * columns),
             self.png_data_uri(&shrink(whole)),
-            frame("detail", &detail),
+            if is_magnified {
+                frame("detail", &detail)
+            } else {
+                String::new()
+            },
+            if is_magnified {
+                " The part with the thick frame is magnified below."
+            } else {
+                ""
+            },
+        );
+        if !is_magnified {
+            return whole;
+        }
+        format!(
+            "{whole}<h2>Where objects have the most noise</h2>\n<p class=\"soft\">{width}×{height} pixels, from column {x} and row {y} (counted from 0) on; each pixel is a square.</p>\n<div class=\"pair\">\n<label>left<select id=\"one\">{options}</select></label>\n<label>right<select id=\"other\">{options}</select></label>\n<label>border between left and right<input id=\"edge\" type=\"range\" min=\"0\" max=\"100\" value=\"50\"></label></div>\n<div class=\"stage\" style=\"width:{}px\"><img id=\"under\" alt=\"\"><img id=\"over\" class=\"over\" alt=\"\"></div>\n<div class=\"details\">\n{figures}</div>\n",
             MOST_SCALE * width,
         )
     }
