@@ -210,6 +210,21 @@ impl<R: Real> Geometry<R> {
         }
     }
 
+    /// Passes the hits with `range.min < t < range.max` to `visit`, in any order, until it returns
+    /// true. Hits at one distance are all passed. A primitive or an instance is passed once, at its
+    /// nearest hit in the range.
+    pub fn visit_hits(
+        &self,
+        ray: &Ray<R>,
+        range: Interval<R>,
+        visit: &mut dyn FnMut(&Hit<R>) -> bool,
+    ) {
+        let accept = &mut |slot_hit: SlotHit<R>| visit(&self.to_hit(&slot_hit));
+        if is_finite_ray(ray) {
+            self.visit_prepared_ray(ray, AnyHitQuery::<_, false> { range, accept }, &mut ());
+        }
+    }
+
     /// Prepares a ray and runs a query with it. Returns whether a hit ended the query.
     #[inline(never)]
     fn visit_prepared_ray<Q: QueryKind<R>, T: TraversalCounter>(

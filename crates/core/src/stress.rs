@@ -26,9 +26,7 @@
 
 mod bodies;
 mod cameras;
-mod coplanar;
 mod duplicates;
-mod faces;
 mod facts;
 mod light_survey;
 mod lights;

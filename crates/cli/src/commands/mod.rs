@@ -18,7 +18,6 @@ mod view;
 use crate::args::Command;
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
-use crate::interrupt;
 use crate::plan::RenderTask;
 use crate::session::Session;
 
@@ -41,10 +40,7 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
         Command::Accuracy(args) => accuracy::run(open(args.threads)?, &args),
         Command::Bench(args) => bench::run(open(Some(bench::THREADS))?, &args),
         Command::Stability(args) => stability::run(open(None)?, &args),
-        Command::Stress(args) => {
-            interrupt::install_stop_flag()?;
-            stress::run(&args, verbosity)
-        }
+        Command::Stress(args) => stress::run(open(args.threads)?, &args),
         Command::Thumbs(args) => thumbs::run(open(None)?, &args),
         Command::Presets(args) => documentation::print_presets(&args),
         Command::Schema => console::print(raywright_core::scene::SCHEMA),

@@ -4,7 +4,6 @@
 mod text;
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use raywright_core::display::Display;
@@ -15,17 +14,14 @@ use raywright_io::output::{self, PictureMark, PictureMetadata};
 use raywright_io::{Error, LoadedScene};
 use serde_json::json;
 
-use crate::args::StressArgs;
-use crate::console::{self, Verbosity};
+use crate::args::{ProgressStyle, StressArgs};
+use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::notes::Notes;
 use crate::observer::{Deadlines, RunObserver};
 use crate::plan::{self, RungChoices};
 use crate::preparation::{prepare_failure, prepare_loaded};
 use crate::progress::Progress;
-use crate::targets::OutputFiles;
-use crate::threads::Threads;
-use crate::{args, interrupt, scene_input};
+use crate::session::Session;
 use text::StressText;
 
 /// Version of the layout of the JSON.
@@ -38,9 +34,7 @@ const MARKED_PICTURE_SAMPLES: u32 = 16;
 const MOST_PATHS: usize = 100;
 
 /// Checks a scene and prints the findings. Fails if a finding is as severe as `--deny` or worse.
-pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let start = Instant::now();
-    let mut outputs = OutputFiles::default();
+pub fn run(mut session: Session, args: &StressArgs) -> Result<(), Failure> {
     if let Some(path) = &args.output {
         if output::PictureFormat::from_path(path)? != output::PictureFormat::Png {
             return Err(
@@ -49,34 +43,28 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
                     .into(),
             );
         }
-        outputs.add_output(path, "-o")?;
+        session.outputs.add_output(path, "-o")?;
     }
-    let threads = Threads::within_machine(args.threads, verbosity)?;
-    let mut notes = Notes::new(verbosity);
     let options = plan::build_load_options(&args.changes, args.max_memory);
-    let load = || scene_input::load_with_notes(&args.scene, &options, &mut notes);
-    let mut loaded = threads.run(load)?;
-    outputs.check_against_inputs(&loaded.inputs)?;
-    scene_input::note_added_parts(&loaded, &mut notes);
-    notes.print_kept_messages();
+    let mut loaded = session.load_to_render(&args.scene, &options)?;
     let settings = resolve_settings(args, &mut loaded)?;
-    let stop = interrupt::install_stop_flag()?;
-    let progress = Progress::start("checking", args::ProgressStyle::Auto, verbosity);
+    let progress = Progress::start("checking", ProgressStyle::Auto, session.verbosity);
     let watch = RunObserver {
         progress: Some(&progress),
-        ..RunObserver::with_stop_flag(stop)
+        ..session.start_work()
     };
     let effort = StressEffort {
         budget: args.budget,
     };
-    let report = threads.run(|| stress(&loaded.scene, &settings, &effort, &watch));
+    let report = session.run(|| stress(&loaded.scene, &settings, &effort, &watch));
     progress.finish();
     let report = report.map_err(|error| prepare_failure(&loaded.source, error))?;
     if let Some(path) = &args.output {
-        threads.run(|| write_marked_picture(path, (args, stop), &settings, &loaded, &report))?;
-        verbosity.print_result_message(path.display());
+        let write = || write_marked_picture(path, (args, &session), &settings, &loaded, &report);
+        session.run(write)?;
+        session.verbosity.print_result_message(path.display());
     }
-    let seconds = start.elapsed().as_secs_f64();
+    let seconds = session.clock.total_seconds();
     console::print(if args.json {
         format_json(&loaded, &settings, &report, seconds)
     } else {
@@ -84,7 +72,7 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
             loaded: &loaded,
             report: &report,
             picture: args.output.as_deref(),
-            verbosity,
+            verbosity: session.verbosity,
         };
         words.format_report(seconds)
     })?;
@@ -121,7 +109,7 @@ fn resolve_settings(args: &StressArgs, loaded: &mut LoadedScene) -> Result<Setti
 /// their numbers in the text.
 fn write_marked_picture(
     path: &Path,
-    (args, stop): (&StressArgs, &AtomicBool),
+    (args, session): (&StressArgs, &Session),
     settings: &Settings,
     loaded: &LoadedScene,
     report: &StressSummary,
@@ -140,7 +128,7 @@ fn write_marked_picture(
             deadline,
             ..Deadlines::default()
         },
-        ..RunObserver::with_stop_flag(stop)
+        ..session.observer()
     };
     let rendered = prepare_loaded(loaded, &settings, &watch)?.render(&watch);
     let findings = report.findings.iter().enumerate();

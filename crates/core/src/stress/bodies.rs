@@ -48,7 +48,6 @@ impl SceneFacts<'_> {
                 .or_else(|| self.thin_glass_finding(object, at)),
             RayEvent::ContactLost([a, b]) if gaps.contains(&[a.min(b), a.max(b)]) => None,
             RayEvent::ContactLost(pair) => self.lost_contact_finding(survey, pair, at),
-            RayEvent::Coincident(pair) => self.flicker_finding(survey, pair, at),
             RayEvent::TwinShadow(pair) => self.twin_shadow_finding(survey, pair, at),
             RayEvent::SelfHit(object) => {
                 let finding = SelfHit.fault(object,
@@ -106,13 +105,9 @@ impl SceneFacts<'_> {
         let edges_tell = body.mesh.is_some() && !is_closed;
         let all = survey.count(RayEvent::Crossed(object));
         let is_few = at.count < 3 || (at.count as f64) < OPEN * all as f64;
-        // Rays that hit the opaque body alone count as rays that leave the glass. Contacts that are
-        // not in the table are not known to be such.
-        let is_unknown = is_closed && !self.overlaps.has_all_contacts;
         // What has no end has an inside that nothing leaves.
         let is_endless = matches!(body.object.shape, Shape::Plane { .. });
         if is_few
-            || is_unknown
             || is_endless
             || edges_tell
             || self.unresolved_thickness(body, at.position).is_some()
@@ -274,38 +269,6 @@ impl SceneFacts<'_> {
         })
     }
 
-    /// Returns whether two coinciding surfaces are visible in turns: each is the nearest surface
-    /// for a twentieth of the rays or more.
-    pub fn is_flickering_pair(&self, survey: &RaySurvey, [a, b]: [usize; 2]) -> bool {
-        let [one, other] = [[a, b], [b, a]].map(|pair| survey.count(RayEvent::Coincident(pair)));
-        let material = |object: usize| &self.objects[object].object.material;
-        material(a) != material(b) && shows_in_turns(one, other)
-    }
-
-    /// Returns the finding about a pair of coinciding surfaces that are visible in turns.
-    fn flicker_finding(
-        &self,
-        survey: &RaySurvey,
-        [a, b]: [usize; 2],
-        at: &Sighting,
-    ) -> Option<Fault> {
-        let is_told = a > b || self.duplicates.are_duplicates([a, b]);
-        let other = survey.events.get(&RayEvent::Coincident([b, a]));
-        let other = other.filter(|_| !is_told && self.is_flickering_pair(survey, [a, b]))?;
-        let apart = at.value.max(other.value);
-        let finding = FlickeringSurfaces.fault(a,
-            format!(
-                "it lies in the same place as {}, at most {} away, so that rounding decides from ray to ray which of the two is seen",
-                self.object_name(b),
-                format_metres(apart)
-            ),
-            self.separation_remedy(self.min_separation_at(at.position), apart),
-        );
-        let predicate = "of the cameras hit both in one place";
-        let count = at.count + other.count;
-        Some(finding.with_rays(count, survey.rays, predicate))
-    }
-
     /// Returns the finding about two surfaces of one material so close that rays which start at one
     /// hit the other. Both look alike, but the lower one is in the shadow of the upper one. Those of
     /// two materials are reported by what is seen of them.
@@ -420,10 +383,4 @@ impl SceneFacts<'_> {
         );
         LightThroughCover.fault(self.lamp_subject(leak.lamp), reason, remedy)
     }
-}
-
-/// Returns whether two objects are seen in turns, by the numbers of rays that hit each in the place
-/// of the other.
-pub(super) fn shows_in_turns(one: u64, other: u64) -> bool {
-    one + other >= 10 && 20 * one.min(other) >= one + other
 }

@@ -37,10 +37,10 @@ struct Coincidence {
 }
 
 impl DuplicateObjects {
-    /// Returns whether two listed objects coincide.
+    /// Returns whether two objects, or some of their copies, coincide.
     pub fn are_duplicates(&self, [a, b]: [usize; 2]) -> bool {
         let first = |object: usize| self.first.get(object);
-        first(a).is_some() && first(a) == first(b)
+        first(a).is_some() && first(a) == first(b) || self.pairs.contains_key(&[a.min(b), a.max(b)])
     }
 
     /// Returns whether another listed object coincides with this object.

@@ -4,7 +4,6 @@
 use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::{Geometry, Motion, Shape as _};
 
-use super::coplanar::OverlapTable;
 use super::duplicates::DuplicateObjects;
 use super::*;
 use crate::affine::affine_from_steps;
@@ -104,16 +103,6 @@ impl ObjectFacts<'_> {
         })
     }
 
-    /// Returns the direction to which the side of a face points that camera rays hit. `None` if they
-    /// hit both sides. `outward` is the outward normal of the face.
-    pub fn visible_normal(&self, outward: DVec3) -> Option<DVec3> {
-        match self.object.side {
-            SideRule::Both => None,
-            SideRule::Outside | SideRule::Culled => Some(outward),
-            SideRule::Inside => Some(-outward),
-        }
-    }
-
     /// Returns whether the material is a physical one.
     pub fn is_physical(&self) -> bool {
         self.material
@@ -138,14 +127,13 @@ pub(super) struct SceneFacts<'a> {
     pub views: Vec<CameraView>,
     /// Connectivity of each mesh in use, by the index of the mesh.
     pub topologies: BTreeMap<usize, Topology>,
-    pub overlaps: OverlapTable,
     pub duplicates: DuplicateObjects,
     /// Number of objects before each generator's first object: listed and generated ones.
     first_generated_indices: Vec<u64>,
 }
 
 impl<'a> SceneFacts<'a> {
-    /// Collects the facts that need no other facts. Topologies, overlaps and duplicates are empty.
+    /// Collects the facts that need no other facts. Topologies and duplicates are empty.
     pub fn new(scene: &'a Scene, settings: &'a Settings, bounds: Aabb) -> Self {
         let lookup = SceneLookup::new(scene);
         let opening = scene.cameras.first().map_or(0.0, shutter_opening);
@@ -194,7 +182,6 @@ impl<'a> SceneFacts<'a> {
             bounds,
             views: CameraView::list(scene, settings),
             topologies: BTreeMap::new(),
-            overlaps: OverlapTable::default(),
             duplicates: DuplicateObjects::default(),
             first_generated_indices: starts.collect(),
         }

@@ -24,11 +24,9 @@ pub(super) enum RayEvent {
     ContactLost([usize; 2]),
     /// The ray enters a body that it is in already, through an inner surface turned outwards.
     Layered(usize),
-    /// The first surface coincides with one of another object. The value is their separation in
-    /// metres.
-    Coincident([usize; 2]),
-    /// The first hit is in the overlap of two coplanar objects. The object that is hit comes first.
-    Coplanar([usize; 2]),
+    /// The first surface lies in the place of one of another object and material: the object that is
+    /// hit, and the other one. The value is their separation in metres.
+    InPlace([usize; 2]),
     /// The first surface is a back that is hidden from the camera.
     HiddenBack(usize),
     /// The first surface is a triangle of a one-sided object with the wrong orientation: flipped and

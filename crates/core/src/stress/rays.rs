@@ -16,11 +16,9 @@ const ROUNDS: u64 = 4;
 const STARTS: u64 = 2;
 /// Half the length around a hit in which other surfaces count as being in the same place, in units of
 /// the hit's error, and the greatest number of surfaces that are looked for there.
-const PLACE_REACH: f64 = 64.0;
-const PLACE_HITS: usize = 8;
-/// Greatest separations, in units of the sum of two hits' errors, of surfaces that coincide, and of
-/// surfaces that shadow each other.
-const COINCIDENT: f64 = 2.0;
+const PLACE_REACH: f64 = 256.0;
+const PLACE_HITS: usize = 64;
+/// Greatest separation, in units of the sum of two hits' errors, of surfaces that shadow each other.
 const SHADOWED: f64 = 4.0;
 /// Least length of a ray in two copies of a generator that overlap, as a share of the ray's length.
 /// Copies that touch may be crossed in any order.
@@ -138,7 +136,7 @@ impl<R: Real> SurveyRay<'_, R> {
         if let Some(hit) = self.closest(&self.ray, Interval::positive()) {
             self.survey.hits += 1;
             self.survey_first_hit(&hit);
-            self.survey_coincident_surfaces(&hit);
+            self.survey_surfaces_in_place(&hit);
         }
         self.ray.is_camera_ray = false;
         self.survey_all_surfaces();
@@ -175,12 +173,6 @@ impl<R: Real> SurveyRay<'_, R> {
         let interaction = Interaction::from_hit(self.prepared, &segment, hit);
         let Crossing { object, at, .. } = self.crossing(&self.ray, hit);
         self.survey.add(RayEvent::FirstHit(object), at);
-        let place = [at.position, interaction.surface.normal.to_f64()];
-        let direction = self.ray.direction.to_f64();
-        let overlaps = &self.facts.overlaps;
-        for other in overlaps.overlapping_objects(self.facts, object, place, direction) {
-            self.survey.add(RayEvent::Coplanar([object, other]), at);
-        }
         if !interaction.outside {
             self.survey.add(RayEvent::FirstHitInside(object), at);
         }
@@ -283,34 +275,54 @@ impl<R: Real> SurveyRay<'_, R> {
         }
     }
 
-    /// Records the objects whose surfaces coincide with the first hit. On a long ray the distances
-    /// of both may round to one number, of which a query returns one hit alone. A short ray across
-    /// the place resolves them.
-    fn survey_coincident_surfaces(&mut self, hit: &Hit<R>) {
-        let first = self.crossing(&self.ray, hit);
-        let half = first.surface.error * R::from_f64(PLACE_REACH);
-        let short = Ray {
-            origin: first.surface.point - self.ray.direction * half,
-            ..self.ray
-        };
-        let range = Interval {
-            min: R::ZERO,
-            max: half + half,
-        };
-        let is_slanted = (first.surface.normal.dot(self.ray.direction))
-            .to_f64()
-            .abs()
-            > 0.05;
-        let mut found = vec![first.object];
-        let hits = hits_along_ray(&self.prepared.geometry, &short, range).take(PLACE_HITS);
-        for hit in hits.filter(|_| is_slanted) {
-            let other = self.crossing(&short, &hit);
-            let apart = separation(&first.surface, &other.surface, COINCIDENT);
-            if let Some(value) = apart.filter(|_| !found.contains(&other.object)) {
-                let event = RayEvent::Coincident([first.object, other.object]);
+    /// Records the objects of other materials that the ray could hit in place of the first surface,
+    /// by rounding or by their order in the file. Bodies that stand back to back hide each other's
+    /// faces.
+    fn survey_surfaces_in_place(&mut self, hit: &Hit<R>) {
+        let (facts, first) = (self.facts, self.crossing(&self.ray, hit));
+        let own = &facts.objects[first.object];
+        for other in self.surfaces_in_place(&first) {
+            let others = &facts.objects[other.object];
+            let is_back_to_back = first.enters != other.enters
+                && facts.is_closed_body(own)
+                && facts.is_closed_body(others);
+            let value = separation(&first.surface, &other.surface, self.place_reach());
+            let is_told = is_back_to_back || own.object.material == others.object.material;
+            if let Some(value) = value.filter(|_| !is_told) {
+                let event = RayEvent::InPlace([first.object, other.object]);
                 self.survey.add(event, Sighting { value, ..first.at });
-                found.push(other.object);
             }
+        }
+    }
+
+    /// Returns the surfaces of other objects in the place of a surface, those at the same distance
+    /// too, of which a query returns one alone. The place is as large in double precision.
+    fn surfaces_in_place(&self, crossing: &Crossing<R>) -> Vec<Crossing<R>> {
+        let mut found = Vec::new();
+        let mut visit = |hit: &Hit<R>| {
+            found.push(self.crossing(&self.ray, hit));
+            found.len() >= PLACE_HITS
+        };
+        let geometry = &self.prepared.geometry;
+        geometry.visit_hits(&self.ray, self.place_range(crossing), &mut visit);
+        found.sort_by_key(|other| other.object);
+        found.dedup_by_key(|other| other.object);
+        found.retain(|other| other.object != crossing.object);
+        found
+    }
+
+    /// Returns [`PLACE_REACH`], in units of the errors in the scalar of the prepared scene.
+    fn place_reach(&self) -> f64 {
+        PLACE_REACH * self.facts.unit_roundoff() / R::ROUNDOFF.to_f64()
+    }
+
+    /// Returns the distances within the place of a surface.
+    fn place_range(&self, crossing: &Crossing<R>) -> Interval<R> {
+        let half = crossing.surface.error * R::from_f64(self.place_reach());
+        let at = R::from_f64(crossing.at.distance);
+        Interval {
+            min: at - half,
+            max: at + half,
         }
     }
 
@@ -398,36 +410,26 @@ impl<R: Real> SurveyRay<'_, R> {
     /// light is reflected within the glass. If they hit the glass, light leaves it and starts beyond
     /// the opaque surface.
     fn survey_glass_contact(&mut self, crossing: &Crossing<R>, depths: &mut BTreeMap<usize, i64>) {
-        let (facts, direction) = (self.facts, self.ray.direction.to_f64());
-        let place = [crossing.at.position, crossing.surface.normal.to_f64()];
-        for (other, outward) in facts.overlaps.glass_contacts(crossing.object, place) {
-            let visible = facts.objects[other].visible_normal(outward);
-            let is_hidden = visible.is_some_and(|side| side.dot(direction) >= 0.0);
-            if is_hidden || self.hits_nearby(crossing, other) {
+        let facts = self.facts;
+        let own = &facts.objects[crossing.object];
+        if !own.is_body() && !own.is_opaque() {
+            return;
+        }
+        let range = self.place_range(crossing);
+        let hits = hits_along_ray(&self.prepared.geometry, &self.ray, range).take(PLACE_HITS);
+        let hits: Vec<usize> = hits.map(|hit| facts.object_of_hit(&hit).index).collect();
+        for other in self.surfaces_in_place(crossing) {
+            let others = &facts.objects[other.object];
+            if hits.contains(&other.object) {
                 continue;
             }
-            if facts.objects[crossing.object].is_body() {
-                let event = RayEvent::ContactLost([crossing.object, other]);
+            if own.is_body() && others.is_opaque() {
+                let event = RayEvent::ContactLost([crossing.object, other.object]);
                 self.survey.add(event, crossing.at);
-            } else if !facts.objects[other].hides_back_faces() {
-                let enters = outward.dot(direction) < 0.0;
-                *depths.entry(other).or_insert(0) += if enters { 1 } else { -1 };
+            } else if own.is_opaque() && others.is_body() && !others.hides_back_faces() {
+                *depths.entry(other.object).or_insert(0) += if other.enters { 1 } else { -1 };
             }
         }
-    }
-
-    /// Returns whether the ray hits an object close to a crossing.
-    fn hits_nearby(&self, crossing: &Crossing<R>, object: usize) -> bool {
-        let (ray, half) = (&self.ray, crossing.surface.error * R::from_f64(PLACE_REACH));
-        let at = (crossing.surface.point - ray.origin).dot(ray.direction)
-            / ray.direction.dot(ray.direction);
-        let range = Interval {
-            min: at - half,
-            max: at + half,
-        };
-        hits_along_ray(&self.prepared.geometry, ray, range)
-            .take(PLACE_HITS)
-            .any(|hit| self.facts.object_of_hit(&hit).index == object)
     }
 
     /// Records the ray's first surface if it is hidden from the camera, or flipped. `visible` is the

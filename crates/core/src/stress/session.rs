@@ -55,7 +55,6 @@ pub(super) fn run_all_checks(
         });
     }
     facts.topologies = find_topologies(scene);
-    facts.overlaps = facts.find_overlaps();
     facts.duplicates = facts.find_duplicates();
     let (facts, observer) = (&facts, deadline.observer);
     let steps = 2 + facts.views.len() as u64;
@@ -169,14 +168,19 @@ impl CameraResults {
     ) -> StressSummary {
         let survey = self.rays.iter().cloned().reduce(RaySurvey::combine);
         let survey = survey.unwrap_or_default();
-        // What is stored coarsely may be seen as in double precision.
+        // What is stored coarsely may be seen as in double precision, and what seems to lie in one
+        // place may lie apart.
+        let is_doubtful = ready.first_unresolved_object().is_some()
+            || survey
+                .events
+                .keys()
+                .any(|event| matches!(event, RayEvent::InPlace(_)));
         let is_robust = facts.settings.precision == PrecisionChoice::Robust;
-        let is_coarse = is_robust && ready.first_unresolved_object().is_some();
-        let exact = is_coarse
+        let exact = (is_robust && is_doubtful)
             .then(|| facts.survey_in_doubles(deadline))
             .flatten();
         // Where both are in one plane, neither is in front.
-        let gap = |pair: [usize; 2]| facts.overlaps.gap_between(pair);
+        let gap = |pair: [usize; 2]| facts.gap_between((&survey, exact.as_ref()), pair);
         let leaks = self.leaks.iter().filter(|leak| {
             facts
                 .leaking_pair(leak)
@@ -186,11 +190,7 @@ impl CameraResults {
             .clone()
             .filter_map(|leak| facts.leaking_pair(leak))
             .collect();
-        let is_told = |pair| {
-            facts.is_flickering_pair(&survey, pair)
-                || facts.duplicates.are_duplicates(pair)
-                || leaking.contains(&pair)
-        };
+        let is_told = |pair| facts.duplicates.are_duplicates(pair) || leaking.contains(&pair);
         let storage = match facts.settings.precision {
             PrecisionChoice::Robust => facts.check_storage::<f32>(ready, &survey, exact.as_ref()),
             PrecisionChoice::Reference => facts.check_storage::<f64>(ready, &survey, None),
@@ -211,7 +211,7 @@ impl CameraResults {
             facts.check_meshes(&survey),
             facts.check_duplicates(&survey),
             facts.check_bodies(&survey, &self.gaps),
-            facts.check_overlaps(&survey, is_told),
+            facts.check_overlaps(&survey, gap, is_told),
             facts.not_number_findings(&survey),
             facts.check_textures(),
             facts.check_cameras(&self.rays),

@@ -8,7 +8,7 @@ use crate::scene::Camera;
 /// Greatest number of cameras that are checked: the first ones of the scene.
 const CAMERAS: usize = 8;
 /// Least separation of distinguishable surfaces, in units of the rounding error.
-pub(super) const ROUNDINGS: f64 = 4.0;
+const ROUNDINGS: f64 = 4.0;
 
 /// A camera with the size of its picture in pixels.
 pub(super) struct CameraView {
@@ -154,21 +154,15 @@ impl SceneFacts<'_> {
         }
     }
 
-    /// Returns the length of the longest ray of a camera to a position, in metres. `only_in_view`:
-    /// whether cameras that do not see the position are left out.
-    pub fn longest_ray(&self, position: DVec3, only_in_view: bool) -> f64 {
-        let views = self.views.iter();
-        views
-            .filter(|view| !only_in_view || view.project_point(position).is_some())
-            .map(|view| view.ray_length(position, self.settings.precision, &self.bounds))
-            .fold(0.0, f64::max)
-    }
-
     /// Returns the least separation at which the precision distinguishes two surfaces at a position
     /// in the cameras' pictures, in metres. It covers the rounding of the ray's length and of the
     /// position.
     pub fn min_separation_at(&self, position: DVec3) -> f64 {
-        let reach = position.abs().max_element() + self.longest_ray(position, true);
+        let views = self.views.iter();
+        let views = views.filter(|view| view.project_point(position).is_some());
+        let rays =
+            views.map(|view| view.ray_length(position, self.settings.precision, &self.bounds));
+        let reach = position.abs().max_element() + rays.fold(0.0, f64::max);
         ROUNDINGS * self.unit_roundoff() * reach
     }
 }
