@@ -85,4 +85,5 @@ def picture_error(stats):
 def left_out(report):
     """What a scene calls for and the picture can't show, from `explain --json` or `render --stats`, and its warnings."""
     lines = [f"{e['name']}: {e['because']}" for e in report.get("effects", ()) if e["status"] == "left-out"]
-    return lines + [w["message"] for w in report.get("warnings", ()) if w.get("severity") != "note"]
+    told = (w for w in report.get("warnings", ()) if w.get("severity") != "harmless")
+    return lines + ["; ".join(filter(None, (w["message"], w.get("remedy")))) for w in told]

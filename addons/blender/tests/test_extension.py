@@ -147,7 +147,7 @@ class Program(unittest.TestCase):
     def test_left_out_lists_effects_and_warnings_not_notes(self):
         report = {
             "effects": [dict(name="caustics", status="left-out", because="a light without size"), dict(name="sky", status="simulated", because="")],
-            "warnings": [dict(severity="warning", message="no texture"), dict(severity="note", message="slow")],
+            "warnings": [dict(severity="picture-wrong", message="no texture"), dict(severity="harmless", message="slow")],
         }
         self.assertEqual(program.left_out(report), ["caustics: a light without size", "no texture"])
 

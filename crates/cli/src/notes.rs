@@ -2,11 +2,12 @@
 //! `-q` none. Otherwise the messages are printed at the end of the run, a line for each file with a
 //! problem.
 
+use std::cmp::Reverse;
 use std::collections::HashSet;
 
-use raywright_io::{LoadedScene, Severity};
+use raywright_core::fault::{Fault, FaultKind, Severity};
 
-use crate::console::{self, Verbosity};
+use crate::console::{self, Verbosity, mask_to_one_line};
 
 /// Importance of a message; greater values are printed first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -15,16 +16,16 @@ enum MessagePriority {
     Note,
     /// Advice for a better picture.
     Hint,
-    /// A defect of the picture.
-    Warning(Severity),
+    /// A defect of the picture. The first kinds come first.
+    Warning(Reverse<FaultKind>),
 }
 
-impl From<Severity> for MessagePriority {
-    fn from(severity: Severity) -> Self {
-        if severity == Severity::Note {
-            Self::Note
-        } else {
-            Self::Warning(severity)
+impl From<&Fault> for MessagePriority {
+    fn from(fault: &Fault) -> Self {
+        match fault.severity {
+            Severity::Harmless => Self::Note,
+            Severity::SlowOrNoisy => Self::Hint,
+            Severity::PictureWrong | Severity::NoPicture => Self::Warning(Reverse(fault.kind)),
         }
     }
 }
@@ -84,13 +85,19 @@ impl Notes {
 
     /// Adds a warning about a picture that is incomplete or wrong.
     pub fn add_warning(&mut self, message: impl Into<String>) {
-        self.queue_message(MessagePriority::Warning(Severity::LeftOut), message.into());
+        self.queue_message(
+            MessagePriority::Warning(Reverse(FaultKind::More)),
+            message.into(),
+        );
     }
 
     /// Adds a warning about a whole picture: it is empty, black, white or not converged. It comes
     /// before warnings about parts of a picture.
     pub fn add_picture_warning(&mut self, message: impl Into<String>) {
-        self.queue_message(MessagePriority::Warning(Severity::Empty), message.into());
+        self.queue_message(
+            MessagePriority::Warning(Reverse(FaultKind::NothingSeen)),
+            message.into(),
+        );
     }
 
     /// Adds advice for a better picture.
@@ -110,11 +117,11 @@ impl Notes {
         }
     }
 
-    /// Adds all warnings that the load of a scene gave.
-    pub fn add_scene_warnings(&mut self, loaded: &LoadedScene) {
-        loaded.warnings.iter().for_each(|warning| {
-            self.queue_message(warning.severity().into(), warning.message.clone())
-        });
+    /// Adds faults by their severity, each as a warning, a hint or a note.
+    pub fn add_faults(&mut self, faults: &[Fault]) {
+        for fault in faults {
+            self.queue_message(fault.into(), mask_to_one_line(&fault.to_string()));
+        }
     }
 
     fn queue_message(&mut self, weight: MessagePriority, message: String) {
@@ -170,7 +177,7 @@ impl Notes {
             .chunk_by(same)
             .filter_map(summarise_file_messages)
             .collect();
-        lines.sort_by_key(|(weight, _)| std::cmp::Reverse(*weight));
+        lines.sort_by_key(|(weight, _)| Reverse(*weight));
         if !is_fine {
             lines.retain(|(weight, _)| matches!(weight, MessagePriority::Warning(_)));
         }
@@ -244,7 +251,7 @@ mod tests {
         notes.add_warning("b.glb: c is missing");
         notes.add_note("shown at rest");
         notes.set_current_file("c.glb");
-        notes.queue_message(Severity::Missing.into(), "d is missing".into());
+        notes.add_faults(&[FaultKind::Picture.in_file("c.glb", "d is missing")]);
         assert_eq!(
             notes.format_message_lines(),
             [

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use raywright_core::Observer;
+use raywright_core::fault::FaultKind;
 use raywright_core::suggest::most_similar_word;
 use raywright_core::{RenderOutput, Settings, measure_scene_extent};
 use raywright_io::{
     Error, ErrorKind, Input, LightShortage, Limits, LoadOptions, LoadedScene, SceneFormat,
-    WarningCode, list_scenes_and_models, load_observed, presets,
+    list_scenes_and_models, load_observed, presets,
 };
 
 use crate::args::DEFAULT_PRESET;
@@ -32,7 +33,7 @@ pub fn load_with_notes(
         options,
         &Progress::hidden(),
     )?;
-    notes.add_scene_warnings(&loaded);
+    notes.add_faults(&loaded.warnings);
     Ok(loaded)
 }
 
@@ -139,11 +140,11 @@ pub fn empty_scene_failure(loaded: &LoadedScene) -> Option<Failure> {
     let is_thin = loaded
         .warnings
         .iter()
-        .any(|warning| warning.code == WarningCode::PointsAndLines);
+        .any(|warning| warning.kind == FaultKind::PointsAndLines);
     let is_cut = loaded
         .warnings
         .iter()
-        .any(|warning| warning.code == WarningCode::Section);
+        .any(|warning| warning.kind == FaultKind::Section);
     let reason = match (is_cut, is_thin) {
         (true, _) => "--section cuts away the whole model; choose another position",
         (_, true) => "the file has only points and lines, which are not rendered",

@@ -10,7 +10,7 @@ use crate::session::StageSeconds;
 use crate::{machine, origin};
 
 /// Version of the layout of the statistics.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// Returns the statistics of a picture. `samples` counts those of all pixels together, `dropped`
 /// those left out because they were not finite, `cut_short` the rays that ended because they crossed

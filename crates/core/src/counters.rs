@@ -65,46 +65,7 @@ pub(crate) fn add_power(sum: &mut u64, radiance: f64) {
     *sum = sum.saturating_add((radiance * radiance * POWER_UNITS) as u64);
 }
 
-/// Loss of samples or rays in a render, with its extent. It is reported with the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SampleLoss {
-    /// Samples dropped because their value was not finite.
-    NotFinite {
-        /// Number of dropped samples.
-        dropped: u64,
-        /// Number of all samples, including dropped samples.
-        of: u64,
-    },
-    /// Rays that ended early. The rays of their sample had passed the largest number of surfaces
-    /// with an alpha below 1 or between equal media.
-    CutShort {
-        /// Number of ended rays.
-        rays: u64,
-        /// Largest number of such surfaces that the rays of a sample may pass.
-        most: u32,
-    },
-}
-
 impl Counters {
-    /// Iterates over the kinds of loss that occurred in the render.
-    pub fn sample_losses(&self) -> impl Iterator<Item = SampleLoss> + use<> {
-        let Self {
-            samples,
-            dropped,
-            cut_short: rays,
-            ..
-        } = *self;
-        let not_finite = (dropped > 0).then_some(SampleLoss::NotFinite {
-            dropped,
-            of: samples + dropped,
-        });
-        let cut_short = (rays > 0).then_some(SampleLoss::CutShort {
-            rays,
-            most: MOST_PASSAGES,
-        });
-        not_finite.into_iter().chain(cut_short)
-    }
-
     /// Returns the number of rays of all kinds.
     pub fn ray_count(&self) -> u64 {
         self.camera + self.reflection + self.refraction + self.scatter + self.shadow

@@ -19,6 +19,7 @@ use raywright_bvh::Real;
 
 use crate::effects::{Effect, EffectReport, EffectSet, RenderSetup};
 use crate::extent::{self, SceneExtent};
+use crate::fault::Fault;
 use crate::lookup::SceneLookup;
 use crate::memory::can_allocate;
 use crate::observer::Observer;
@@ -26,7 +27,6 @@ use crate::prepare::{self, PrepareError, PreparedScene};
 use crate::scene::{Camera, Integrator, Light, Scene, Sky};
 use crate::settings::{PrecisionChoice, Settings};
 use crate::studio::headlight;
-use crate::validate::Problem;
 
 pub use memory_estimate::estimate_scene_memory;
 use memory_estimate::{bytes_still_to_allocate, estimate_memory};
@@ -129,7 +129,7 @@ pub fn measure_scene_extent(scene: &Scene, precision: PrecisionChoice) -> SceneE
 /// collapses when its coordinates are rounded. Preparation would fail with the same problems. Every
 /// listed object and the first object of every generator are tested. At most a hundred problems are
 /// returned.
-pub fn find_collapsed_objects(scene: &Scene, precision: PrecisionChoice) -> Vec<Problem> {
+pub fn find_collapsed_objects(scene: &Scene, precision: PrecisionChoice) -> Vec<Fault> {
     match precision {
         PrecisionChoice::Robust => prepare::find_collapsed_objects::<f32>(scene),
         PrecisionChoice::Reference => prepare::find_collapsed_objects::<f64>(scene),

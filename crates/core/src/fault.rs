@@ -1,6 +1,9 @@
 //! Faults of a scene: one type for what readers of the scene, preparation, a render and the checks of
 //! `stress` find, and one table of their kinds.
 
+use std::fmt::{self, Display};
+use std::ops::Range;
+
 use glam::DVec3;
 use serde::{Serialize, Serializer};
 
@@ -11,21 +14,21 @@ use crate::scene::{Scene, Triple};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
+    /// The scene cannot be rendered.
+    NoPicture,
     /// The picture differs from what the file describes, or shows nothing.
     PictureWrong,
     /// The picture is right with enough samples, but needs more time or samples than it should.
     SlowOrNoisy,
-    /// The fault is not visible.
+    /// The fault is not visible, or the picture follows from a choice among what the file may mean.
     Harmless,
 }
 
 impl Severity {
-    /// All severities, worst first.
-    pub const ALL: [Self; 3] = [Self::PictureWrong, Self::SlowOrNoisy, Self::Harmless];
-
     /// Returns the words for the severity.
     pub const fn description(self) -> &'static str {
         match self {
+            Self::NoPicture => "no picture",
             Self::PictureWrong => "picture wrong",
             Self::SlowOrNoisy => "slow or noisy",
             Self::Harmless => "harmless",
@@ -53,7 +56,7 @@ macro_rules! kinds {
         }
 
         impl FaultKind {
-            /// All kinds, ordered by subject.
+            /// All kinds, ordered by subject; those of files with the worst first.
             pub const ALL: &'static [Self] = &[$(Self::$kind),*];
 
             /// Returns the name, as used in the text, the JSON and the documentation.
@@ -88,6 +91,42 @@ macro_rules! kinds {
 }
 
 kinds! {
+    /// a value that breaks a rule of the scene format; `check` and `render` refuse the scene
+    Invalid = "invalid" NoPicture;
+    /// a camera whose rays hit nothing, or pass through hidden sides alone; a box that hides all
+    /// other objects at which the camera is aimed; a scene of which the reader left no object
+    NothingSeen = "nothing-seen" PictureWrong;
+    /// a texture, a sky or another picture that is missing or unreadable
+    Picture = "picture" PictureWrong;
+    /// a material or a library of materials that is missing
+    Material = "material" PictureWrong;
+    /// triangles that the reader left out: no area, too few corners or coordinates that are not
+    /// finite
+    Geometry = "geometry" PictureWrong;
+    /// shapes that a section does not cut, cuts that stay open, and sections that remove everything
+    Section = "section" PictureWrong;
+    /// points and lines, which are not rendered
+    PointsAndLines = "points-and-lines" PictureWrong;
+    /// an unknown extension, statement or chunk; an effect that is left out
+    Unsupported = "unsupported" PictureWrong;
+    /// an animated property that is not supported
+    Animation = "animation" PictureWrong;
+    /// colours that are probably codes from 0 to 255
+    ColourCodes = "colour-codes" PictureWrong;
+    /// an invalid camera or light
+    CameraOrLight = "camera-or-light" PictureWrong;
+    /// more warnings about a file than are listed
+    More = "more" PictureWrong;
+    /// a number out of range, replaced by another
+    Range = "range" Harmless;
+    /// a file that breaks a rule of its format and still has a single interpretation
+    Format = "format" Harmless;
+    /// a choice among several scenes, variants or interpretations
+    Choice = "choice" Harmless;
+    /// a material or picture that was converted to the closest one that is supported
+    Conversion = "conversion" Harmless;
+    /// animations exist, and none was requested
+    AtRest = "at-rest" Harmless;
     /// triangles without area; picture wrong if no object has any other triangle: the cause is
     /// often a scale of 0
     DegenerateTriangles = "degenerate-triangles" Harmless explains Scene [NothingSeen];
@@ -139,10 +178,9 @@ kinds! {
     /// from ray to ray which one is seen; of one material, so that the lower one is in the shadow
     /// of the upper one
     FlickeringSurfaces = "flickering-surfaces" PictureWrong;
-    /// overlapping flat faces of two objects with different materials that rays can hit from the
-    /// same side, in one plane or too close for the precision there: quads, disks, triangles,
-    /// planes, faces of boxes, and meshes of at most 64 triangles. Harmless if unseen, or if the
-    /// hidden surface is seen elsewhere; always wrong if one of them emits light
+    /// surfaces of two objects with different materials in one place, or too close for the precision
+    /// there, of which the first in the file hides the other. Harmless if the hidden one is seen
+    /// elsewhere; always wrong if one of them emits light
     CoplanarSurfaces = "coplanar-surfaces" PictureWrong;
     /// rays that hit the surface from which they start
     SelfHit = "self-hit" PictureWrong;
@@ -159,9 +197,8 @@ kinds! {
     SamplesNotFinite = "samples-not-finite" PictureWrong;
     /// rays that ended at the limit of surfaces that are cut out or partly transparent
     RaysCutShort = "rays-cut-short" PictureWrong;
-    /// a camera whose rays hit nothing, or pass through hidden sides alone; a box that hides all
-    /// other objects at which the camera is aimed; a scene of which the reader left no object
-    NothingSeen = "nothing-seen" PictureWrong;
+    /// samples that `--clamp` dims, so that bright pixels are too dark
+    SamplesDimmed = "samples-dimmed" PictureWrong;
     /// surfaces are visible, but no light arrives; the finding names the object in the way, the
     /// light that shines past everything, or a sky by an expression, if one is the cause
     BlackPicture = "black-picture" PictureWrong;
@@ -212,10 +249,10 @@ kinds! {
 
 impl FaultKind {
     /// Returns a fault of this kind, at a single place without a position.
-    pub(crate) fn fault(
+    pub fn fault(
         self,
         subject: impl Into<Subject>,
-        reason: impl Into<String>,
+        message: impl Into<String>,
         remedy: impl Into<String>,
     ) -> Fault {
         Fault {
@@ -223,6 +260,8 @@ impl FaultKind {
             severity: self.severity(),
             subject: subject.into(),
             others: Vec::new(),
+            path: String::new(),
+            span: None,
             primitive: None,
             place: None,
             pixel: None,
@@ -230,9 +269,20 @@ impl FaultKind {
             of: 0,
             unit: "",
             predicate: "",
-            reason: reason.into(),
+            message: message.into(),
             remedy: remedy.into(),
         }
+    }
+
+    /// Returns a fault of this kind in a file.
+    pub fn in_file(self, file: impl Display, message: impl Display) -> Fault {
+        self.fault(Subject::Scene, format!("{file}: {message}"), "")
+    }
+
+    /// Returns the kind with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        let mut kinds = Self::ALL.iter().copied();
+        kinds.find(|kind| kind.name() == name)
     }
 }
 
@@ -325,37 +375,56 @@ impl Subject {
     }
 }
 
-/// A fault of a scene, at one or more places.
-#[derive(Clone, Debug, PartialEq)]
+/// A fault of a scene, at one or more places. It serializes as its kind, severity, message and
+/// remedy.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fault {
     /// Kind of fault.
+    #[serde(rename = "code")]
     pub kind: FaultKind,
     /// Severity of the fault.
     pub severity: Severity,
     /// Part of the scene with the fault.
+    #[serde(skip)]
     pub subject: Subject,
     /// Other subjects with the same fault for the same cause.
+    #[serde(skip)]
     pub others: Vec<Subject>,
+    /// Path of the faulty value from the root of the scene, such as `objects[3].shape.sphere.radius`,
+    /// also of a key that the file omits. Empty for a fault that no single value causes.
+    #[serde(skip)]
+    pub path: String,
+    /// Byte range of the fault within a value that is text; `None` for the whole value.
+    #[serde(skip)]
+    pub span: Option<Range<usize>>,
     /// Index of a primitive with the fault, such as a triangle of the subject: the nearest one to a
     /// camera. `None` if the fault is not about primitives.
+    #[serde(skip)]
     pub primitive: Option<u32>,
     /// World position of the fault in metres, the nearest one to a camera. `None` without a
     /// position.
+    #[serde(skip)]
     pub place: Option<Triple>,
     /// Pixel position of the fault in a picture, from the top left, and the index of the camera.
     /// `None` if no camera sees it.
+    #[serde(skip)]
     pub pixel: Option<([f64; 2], usize)>,
     /// Number of items with the fault, in units of `unit`.
+    #[serde(skip)]
     pub count: u64,
     /// Number of items that were examined; 0 if that number says nothing.
+    #[serde(skip)]
     pub of: u64,
     /// Name of the counted items, in the plural. Empty if nothing is counted.
+    #[serde(skip)]
     pub unit: &'static str,
     /// Words that follow the count and say what holds for the counted items.
+    #[serde(skip)]
     pub predicate: &'static str,
-    /// The fault and its effect, in one sentence.
-    pub reason: String,
-    /// The remedy.
+    /// The fault and its effect, in one sentence without a full stop.
+    pub message: String,
+    /// The remedy. Empty if there is none, or if the message has it.
+    #[serde(skip_serializing_if = "String::is_empty")]
     pub remedy: String,
 }
 
@@ -394,6 +463,14 @@ impl Fault {
         }
     }
 
+    /// Sets the severity of a fault that shows in the picture if a camera sees it, with words for the
+    /// end of the message if none does.
+    #[must_use]
+    pub(crate) fn if_seen_or(mut self, is_seen: bool, unseen: &str) -> Self {
+        self.message += if is_seen { "" } else { unseen };
+        self.if_seen(is_seen)
+    }
+
     /// Sets the severity of a fault that shows in the picture if a camera sees it.
     #[must_use]
     pub(crate) fn if_seen(self, is_seen: bool) -> Self {
@@ -408,6 +485,41 @@ impl Fault {
     #[must_use]
     pub(crate) fn with_severity(self, severity: Severity) -> Self {
         Self { severity, ..self }
+    }
+
+    /// Returns the names of the subject and of up to three others with the same fault.
+    pub fn subject_names(&self, scene: &Scene) -> String {
+        const MOST: usize = 3;
+        let named = self.others.iter().take(MOST);
+        let named = named.map(|other| format!(", {}", other.display_name(scene)));
+        let names = self.subject.display_name(scene) + &named.collect::<String>();
+        match self.others.len().saturating_sub(MOST) {
+            0 => names,
+            more => format!("{names} and {more} more"),
+        }
+    }
+
+    /// Returns the faults for messages of a line: the first of each kind, with the subjects of the
+    /// others. The message begins with the names of the subjects and ends with the count.
+    pub fn first_of_kinds(faults: impl IntoIterator<Item = Self>, scene: &Scene) -> Vec<Self> {
+        let mut firsts: Vec<Self> = Vec::new();
+        for fault in faults {
+            match firsts.iter_mut().find(|first| first.kind == fault.kind) {
+                None => firsts.push(fault),
+                Some(first) => {
+                    first.others.push(fault.subject);
+                    (first.count, first.of) = (first.count + fault.count, first.of + fault.of);
+                }
+            }
+        }
+        for first in &mut firsts {
+            if first.subject != Subject::Scene {
+                first.message = format!("{}: {}", first.subject_names(scene), first.message);
+            }
+            let count = first.count_text();
+            first.message += &count.map_or(String::new(), |count| format!(" ({count})"));
+        }
+        firsts
     }
 
     /// Returns the count as a phrase, or `None` if nothing is counted.
@@ -425,6 +537,17 @@ impl Fault {
             _ => self.predicate.to_owned(),
         };
         Some(format!("{number} {predicate}").trim_end().to_owned())
+    }
+}
+
+/// Message and remedy as one sentence.
+impl Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
+        match self.remedy.as_str() {
+            "" => Ok(()),
+            remedy => write!(f, "; {remedy}"),
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use raywright_core::Scene;
 use raywright_core::effects::{are_objects_lit_by_lights, emits_light, neutral_sky};
+use raywright_core::fault;
 use raywright_core::scene::{Colour, Image, Sky, SkyMap, Studio};
 
 use crate::error::Error;
@@ -15,7 +16,6 @@ use crate::image_file::{self, DecodedImage};
 use crate::import::FaultKind;
 use crate::limits::Limits;
 use crate::source::SceneFormat;
-use crate::warning::{Warning, WarningCode};
 
 /// The user's choices for the environment, which is a scene's sky or studio. By default a scene
 /// keeps its own environment. A scene without light gets an environment: a native scene file the
@@ -82,7 +82,7 @@ pub(crate) fn apply_environment(
     options: &EnvironmentOptions,
     folder: &Folder,
     limits: &Limits,
-    warnings: &mut Vec<Warning>,
+    warnings: &mut Vec<fault::Fault>,
 ) -> Result<Option<LightShortage>, Error> {
     let studio = || Sky::Studio(Studio::default());
     match &options.source {
@@ -174,7 +174,7 @@ fn load_sky_picture(
     path: &Path,
     folder: &Folder,
     limits: &Limits,
-    warnings: &mut Vec<Warning>,
+    warnings: &mut Vec<fault::Fault>,
 ) -> Result<(), Error> {
     folder.record_scene_file(path);
     // A pipe could block the reader for ever, and a folder has no content.
@@ -195,13 +195,11 @@ fn load_sky_picture(
         FaultKind::Input | FaultKind::Choice => Error::invalid_input(path.display(), fault.message)
             .with_hint("an environment is an equirectangular picture (.hdr, .exr, .png, .jpg)"),
     })?;
-    warnings.extend(remarks.into_iter().map(|remark| {
-        Warning::new(
-            WarningCode::from_repaired_texels(repaired),
-            path.display(),
-            remark,
-        )
-    }));
+    warnings.extend(
+        remarks
+            .into_iter()
+            .map(|remark| remark_kind(repaired).in_file(path.display(), remark)),
+    );
     let mut name = "environment".to_owned();
     while scene.images.iter().any(|image| image.name == name) {
         name.push('\'');

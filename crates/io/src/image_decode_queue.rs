@@ -5,12 +5,12 @@ use std::collections::HashSet;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use raywright_core::Scene;
+use raywright_core::fault::FaultKind;
 use raywright_core::scene::{Image, MaterialFields, MaterialModel};
 
 use crate::Limits;
-use crate::image_file::{DecodedImage, decode};
+use crate::image_file::{DecodedImage, decode, remark_kind};
 use crate::import::{FaultPlace, ImportResult, catch_invalid_input};
-use crate::warning::WarningCode;
 
 /// Messages about decoded images, in the order in which the images were added. Each message states
 /// the image's position in the file.
@@ -20,7 +20,7 @@ pub(crate) struct ImageDecodeReport {
     /// these images; the materials keep the factors that the textures multiplied.
     pub errors: Vec<String>,
     /// Remarks about decoded images, such as replaced values.
-    pub remarks: Vec<(WarningCode, String)>,
+    pub remarks: Vec<(FaultKind, String)>,
 }
 
 /// Images of a model that wait for decoding. Each entry is the image's index in the scene, the
@@ -61,7 +61,7 @@ impl<'a> ImageDecodeQueue<'a> {
             match catch_invalid_input(data.with_place(&place))? {
                 Err(reason) => report.errors.push(reason),
                 Ok(data) => {
-                    let code = WarningCode::from_repaired_texels(data.repaired_count);
+                    let code = remark_kind(data.repaired_count);
                     report.remarks.extend(
                         data.remarks
                             .into_iter()

@@ -13,6 +13,7 @@ mod size;
 use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use raywright_core::fault;
 use raywright_core::scene::{ImageData, PixelData};
 
 use crate::import::{DecodeBudget, Fault, ImportResult, check_available_memory};
@@ -100,6 +101,14 @@ pub(crate) struct DecodedImage {
     pub remarks: Vec<String>,
     /// Number of infinite and NaN channel values, all of which were replaced.
     pub repaired_count: u64,
+}
+
+/// Returns the kind of remarks about a picture with this number of replaced channel values.
+pub(crate) fn remark_kind(repaired: u64) -> fault::FaultKind {
+    match repaired {
+        0 => fault::FaultKind::Conversion,
+        _ => fault::FaultKind::ImageNotLight,
+    }
 }
 
 impl From<ImageData> for DecodedImage {

@@ -1,16 +1,16 @@
-//! Shared parts of the importers: faults inside a file, warnings, unique names, and a budget of
+//! Shared parts of the importers: failures inside a file, warnings, unique names, and a budget of
 //! memory.
 
 use std::collections::HashSet;
 use std::fmt;
 
 use raywright_core::Scene;
+use raywright_core::fault;
 use raywright_core::memory::{can_allocate, remaining_heap_bytes};
 use raywright_core::validate::validate;
 
 use crate::folder::ReadError;
-use crate::warning::WarningCode;
-use crate::{Error, Limits, Warning, format_bytes};
+use crate::{Error, Limits, format_bytes};
 
 /// Creates a [`Fault`] for wrong content, from a format string.
 macro_rules! fault {
@@ -22,7 +22,7 @@ macro_rules! fault {
 /// Adds a warning with a code to a list of [`Warnings`], from a format string.
 macro_rules! warn {
     ($warnings:expr, $code:ident, $($message:tt)*) => {
-        $warnings.add($crate::warning::WarningCode::$code, format!($($message)*))
+        $warnings.add(raywright_core::fault::FaultKind::$code, format!($($message)*))
     };
 }
 
@@ -57,7 +57,7 @@ pub(crate) struct Fault {
 pub(crate) type ImportResult<T> = Result<T, Fault>;
 
 /// A scene from a model file, with the warnings of its import.
-pub(crate) type ImportedScene = (Scene, Vec<Warning>);
+pub(crate) type ImportedScene = (Scene, Vec<fault::Fault>);
 
 impl Fault {
     /// Creates a fault for wrong content.
@@ -177,7 +177,7 @@ pub(crate) fn format_number(value: f64) -> String {
 /// List of different warnings, at most [`Self::MOST`]. Further warnings are counted, but not kept.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
-    list: Vec<(WarningCode, String)>,
+    list: Vec<(fault::FaultKind, String)>,
     left_out: usize,
 }
 
@@ -186,7 +186,7 @@ impl Warnings {
 
     /// Adds a warning, unless the list has a warning with the same message. If the list is full,
     /// the warning is only counted.
-    pub fn add(&mut self, code: WarningCode, message: impl Into<String>) {
+    pub fn add(&mut self, code: fault::FaultKind, message: impl Into<String>) {
         let message = message.into();
         if self.list.iter().any(|(_, text)| *text == message) {
             return;
@@ -206,7 +206,7 @@ impl Warnings {
             1 => "1 triangle with vertices that are not finite was left out".to_owned(),
             more => format!("{more} triangles with vertices that are not finite were left out"),
         };
-        self.add(WarningCode::Geometry, format!("{place}{left_out}"));
+        self.add(fault::FaultKind::Geometry, format!("{place}{left_out}"));
     }
 
     /// Clamps a number of a file to a range, with a warning if the number is outside.
@@ -227,17 +227,17 @@ impl Warnings {
         };
         let [message, least, most, taken] = [value, minimum, maximum, clamped].map(format_number);
         self.add(
-            WarningCode::Range,
+            fault::FaultKind::Range,
             format!("{place}: {label} {message} is outside {least} to {most}; {taken} is used"),
         );
         clamped
     }
 
     /// Returns the warnings about a file. Omitted warnings are counted in a final warning.
-    pub fn into_warnings(mut self, file: impl fmt::Display) -> Vec<Warning> {
+    pub fn into_warnings(mut self, file: impl fmt::Display) -> Vec<fault::Fault> {
         if self.left_out > 0 {
             self.list.push((
-                WarningCode::More,
+                fault::FaultKind::More,
                 format!(
                     "{} more warnings about the file are not shown",
                     self.left_out
@@ -246,7 +246,7 @@ impl Warnings {
         }
         self.list
             .into_iter()
-            .map(|(code, message)| Warning::new(code, &file, message))
+            .map(|(kind, message)| kind.in_file(&file, message))
             .collect()
     }
 }

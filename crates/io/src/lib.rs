@@ -30,7 +30,7 @@
 //! | write a measurement report | [`report`] | SVG, HTML |
 //! | show text from untrusted files | [`masking`] | |
 //!
-//! A failure is an [`Error`]. A scene or model that loads with doubts has [`Warning`]s, in
+//! A failure is an [`Error`]. A scene or model that loads with doubts has warnings, each a [`Fault`](raywright_core::fault::Fault), in
 //! [`LoadedScene::warnings`].
 //!
 //! Not supported yet: subsurface scattering and vendor extensions of glTF materials (each is listed
@@ -76,7 +76,6 @@ mod stl;
 mod text;
 mod up_axis;
 mod uri;
-mod warning;
 
 pub use colour::parse_colour;
 pub use diagnostic::{Diagnostic, Diagnostics, TextPosition};
@@ -93,4 +92,3 @@ pub use native::{ParameterOverrides, SceneNotation};
 pub use section::SectionPlane;
 pub use source::{SceneFormat, SourceInfo, is_scene_or_model, list_scenes_and_models};
 pub use up_axis::UpAxis;
-pub use warning::{Severity, Warning, WarningCode};

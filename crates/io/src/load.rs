@@ -5,6 +5,7 @@ mod model;
 
 use std::path::Path;
 
+use raywright_core::fault::Fault;
 use raywright_core::scene::MeshSource;
 use raywright_core::{Observer, Scene, generate};
 
@@ -21,7 +22,6 @@ use crate::presets;
 use crate::section::{self, SectionPlane};
 use crate::source::{SceneFormat, SourceInfo};
 use crate::up_axis::UpAxis;
-use crate::warning::Warning;
 
 pub use input::Input;
 
@@ -70,7 +70,7 @@ pub struct LoadedScene {
     /// The scene, with every expression evaluated and every image and mesh in memory.
     pub scene: Scene,
     /// Warnings for the user.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<Fault>,
     /// SHA-256 of all bytes read, the time and the overridden parameters: equal hashes mean equal
     /// scenes.
     pub hash: SceneHash,
@@ -224,7 +224,7 @@ fn apply_clay_and_section(
     options: &LoadOptions,
     name: &str,
     folder: &Folder,
-) -> Vec<Warning> {
+) -> Vec<Fault> {
     if options.clay {
         folder.add_to_hash(b"clay");
         clay::apply_clay(scene);

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
+use raywright_core::fault::Fault;
 use raywright_core::scene::{MeshData, ModelSelection, Shape};
 use raywright_core::{Scene, SceneLookup, affine_from_steps};
 
@@ -13,7 +14,6 @@ use crate::import::MODELS;
 use crate::limits::Limits;
 use crate::model_file;
 use crate::source::SceneFormat;
-use crate::warning::Warning;
 
 /// Reads a model file and merges its objects to a single mesh in world space, for the chosen scene
 /// and time.
@@ -23,7 +23,7 @@ pub(crate) fn read_mesh(
     folder: &Folder,
     limits: &Limits,
     model: &ModelSelection,
-) -> Result<(MeshData, Vec<Warning>), Error> {
+) -> Result<(MeshData, Vec<Fault>), Error> {
     let format = SceneFormat::from_model_path(file).ok_or_else(|| {
         Error::invalid_input(
             file.display(),

@@ -17,12 +17,12 @@ use std::sync::Arc;
 use glam::DVec3;
 use raywright_core::affine_from_steps;
 use raywright_core::extent::{flattens_surfaces, surface_triangles};
+use raywright_core::fault::{Fault, FaultKind};
 use raywright_core::scene::{
     Material, MaterialModel, Mesh, MeshData, MeshSource, Object, Scene, Shape, SideRule,
 };
 
 use crate::clay;
-use crate::warning::{Warning, WarningCode};
 use clip::{CutMesh, MeshCutResult, MeshCutter};
 
 /// Plane that cuts a scene's meshes open, perpendicular to a coordinate axis. The geometry on one
@@ -108,9 +108,9 @@ const COORDINATE_TOLERANCE: f64 = 2.5e-7;
 
 /// Cuts all meshes of a scene by a plane, and adds caps to closed meshes. Returns the warnings, in
 /// which the scene is called `name`.
-pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -> Vec<Warning> {
+pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -> Vec<Fault> {
     let meshes = meshes_to_cut(scene);
-    let mut warnings: Vec<Warning> = uncut_warning(scene, &meshes, name).into_iter().collect();
+    let mut warnings: Vec<Fault> = uncut_warning(scene, &meshes, name).into_iter().collect();
     let Some([minimum, maximum]) = coordinate_range(scene, &meshes, section.axis) else {
         return warnings;
     };
@@ -178,11 +178,11 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
 }
 
 /// Returns the warning about `count` cut meshes that are not closed; `None` if all are closed.
-fn open_meshes_warning(count: usize, name: &str) -> Option<Warning> {
+fn open_meshes_warning(count: usize, name: &str) -> Option<Fault> {
     let message = format!(
         "{count} of the cut meshes are not closed, so that the section leaves openings in them; close the holes of these meshes for a solid section"
     );
-    (count > 0).then(|| Warning::new(WarningCode::Section, name, message))
+    (count > 0).then(|| FaultKind::Section.in_file(name, message))
 }
 
 /// Returns the warning about a section that removed all objects of a scene; `None` if an object is
@@ -192,14 +192,14 @@ fn nothing_left_warning(
     axis: usize,
     [least, most]: [f64; 2],
     name: &str,
-) -> Option<Warning> {
+) -> Option<Fault> {
     let [least, most] = [least, most].map(|x| format!("{x:.6}"));
     let axis = ["x", "y", "z"][axis];
     let message = format!(
         "the section removes the whole model, which lies between {least} and {most} along {axis}"
     );
     let is_empty = scene.objects.is_empty();
-    is_empty.then(|| Warning::new(WarningCode::Section, name, message))
+    is_empty.then(|| FaultKind::Section.in_file(name, message))
 }
 
 /// Adds a cut mesh to the scene, under a name derived from the name of the object's mesh. Returns
@@ -315,12 +315,12 @@ fn coordinate_range(
 }
 
 /// Returns the warning about objects that the section does not cut; `None` if all objects are cut.
-fn uncut_warning(scene: &Scene, meshes: &[Option<Arc<MeshData>>], name: &str) -> Option<Warning> {
+fn uncut_warning(scene: &Scene, meshes: &[Option<Arc<MeshData>>], name: &str) -> Option<Fault> {
     let count = meshes.iter().filter(|mesh| mesh.is_none()).count() + scene.generators.len();
     let message = format!(
         "{count} objects are not cut by the section, which cuts only triangle meshes without motion"
     );
-    (count > 0).then(|| Warning::new(WarningCode::Section, name, message))
+    (count > 0).then(|| FaultKind::Section.in_file(name, message))
 }
 
 #[cfg(test)]

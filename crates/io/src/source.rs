@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-use raywright_core::validate::Problem;
+use raywright_core::fault::Fault;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, TextPosition};
 use crate::error::Error;
@@ -252,14 +252,14 @@ impl SourceInfo {
 
     /// Creates the error for problems of the scene. Each problem has its position in the text or,
     /// for a model, its path in the scene.
-    pub fn error_at_problems(&self, problems: Vec<Problem>) -> Error {
-        let message = |problem: &Problem| format!("{}: {}", problem.path, problem.message);
+    pub fn error_at_problems(&self, problems: Vec<Fault>) -> Error {
+        let message = |problem: &Fault| format!("{}: {}", problem.path, problem.message);
         if let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) {
-            let at = |problem: Problem| Diagnostic {
+            let at = |problem: Fault| Diagnostic {
                 span: self.find_text_span(&problem.path),
                 message: problem.message,
                 label: String::new(),
-                hint: problem.hint,
+                hint: Some(problem.remedy).filter(|remedy| !remedy.is_empty()),
             };
             return Error::Scene(Diagnostics::new(
                 &self.name,
@@ -267,7 +267,8 @@ impl SourceInfo {
                 problems.into_iter().map(at).collect(),
             ));
         }
-        let hint = problems.iter().find_map(|problem| problem.hint.clone());
+        let mut hints = problems.iter().map(|problem| &problem.remedy);
+        let hint = hints.find(|hint| !hint.is_empty()).cloned();
         let error = Error::invalid_input(
             &self.name,
             problems.iter().map(message).collect::<Vec<_>>().join("; "),

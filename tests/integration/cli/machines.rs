@@ -30,7 +30,7 @@ fn many_files_are_checked() {
     let both = ["check", "good.scene.toml", "empty.scene.toml"];
     let run = sandbox.run(&both);
     run.exits_with(0)
-        .prints(&format!("warning: {nothing} [nothing-to-see]"));
+        .prints(&format!("warning: {nothing} [nothing-seen]"));
     assert_eq!(
         run.text(),
         "good.scene.toml: ok\nempty.scene.toml: ok, 1 warning\n"
@@ -65,10 +65,10 @@ fn many_files_are_checked() {
     assert_eq!(of("ok"), [true, false, false, false].map(Value::from));
     assert_eq!(
         of("warnings")[3],
-        serde_json::json!([{ "code": "nothing-to-see", "severity": "empty", "message": nothing }])
+        serde_json::json!([{ "code": "nothing-seen", "severity": "picture-wrong", "message": nothing }])
     );
     sandbox
-        .run(&[&both[..], &["--deny-warnings", "--allow", "nothing-to-see"]].concat())
+        .run(&[&both[..], &["--deny-warnings", "--allow", "nothing-seen"]].concat())
         .exits_with(0);
     sandbox
         .run(&[&both[..], &["--deny-warnings", "--allow", "nothing"]].concat())

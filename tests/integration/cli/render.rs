@@ -532,22 +532,29 @@ fn lamps_in_cupboards_are_named() {
         run.exits_with(0);
         run.stderr
             .lines()
-            .filter(|line| line.contains("nothing is lit by"))
+            .filter(|line| line.contains("reaches no visible surface"))
             .map(str::to_owned)
             .collect::<Vec<_>>()
     };
     assert_eq!(messages("open.scene.toml", &[]), [""; 0]);
     let one = messages("one.scene.toml", &[0.0]);
     assert!(
-        one.len() == 1 && one[0].starts_with("note: nothing is lit by object `b`: all "),
+        one.len() == 1
+            && one[0].starts_with("note: object `b`: this light reaches no visible surface"),
         "{one:?}"
     );
-    assert!(one[0].ends_with(" rays to surfaces were blocked; if this is not intended, move the light out of the object that encloses it"), "{one:?}");
+    assert!(
+        one[0].contains(
+            " rays towards it were blocked); open or remove the object that blocks the light"
+        ),
+        "{one:?}"
+    );
     let all = messages("all.scene.toml", &[-2.0, 0.0, 2.0]);
     assert!(
         all.len() == 1
-            && all[0]
-                .starts_with("note: nothing is lit by object `a`, 1 more and object `c`: all "),
+            && all[0].starts_with(
+                "note: object `a`, object `b`, object `c`: this light reaches no visible surface"
+            ),
         "{all:?}"
     );
 }

@@ -205,8 +205,7 @@ fn closed_gaps_are_a_warning() {
         head.to_owned() + &ball("shell", "1.00000012") + &ball("core", "1"),
     );
     let run = sandbox.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
-    let message = "the gap between object `shell` and object `core` is closed: light passes from the first into the second without crossing the \
-                   gap, since they touch or are so close that rounding errors exceed their distance; leave ";
+    let message = "object `shell`: it touches object `core`, or is less than ";
     let warning = run
         .exits_with(0)
         .stderr
@@ -215,7 +214,7 @@ fn closed_gaps_are_a_warning() {
         .unwrap_or_else(|| panic!("{}", run.stderr));
     assert!(
         warning.starts_with("warning: ")
-            && warning.ends_with(" metres or more between them, or add --precision reference")
+            && warning.ends_with(" metres or more, or render with --precision reference")
     );
     let stats: Value =
         serde_json::from_slice(&std::fs::read(sandbox.path("a.json")).expect("statistics"))
@@ -223,13 +222,13 @@ fn closed_gaps_are_a_warning() {
     assert!(
         stats["warnings"]
             .to_string()
-            .contains("the gap between object `shell` and object `core`"),
+            .contains("object `shell`: it touches object `core`"),
         "{}",
         stats["warnings"]
     );
     let exact = sandbox.run(&["render", "a.scene.toml", "--precision", "reference"]);
     assert!(
-        !exact.exits_with(0).stderr.contains("the gap between"),
+        !exact.exits_with(0).stderr.contains("it touches"),
         "{}",
         exact.stderr
     );
@@ -254,7 +253,7 @@ fn coincident_surfaces_are_a_warning() {
     sandbox
         .run(&["render", "a.scene.toml"])
         .exits_with(0)
-        .prints_like("warning: surfaces of object `one` and object `other` lie in one place");
+        .prints_like("warning: object `one`: it lies in one place with object `other`");
 }
 
 /// Protects: a lamp that shines through a cover within rounding error gives a warning with both
@@ -278,8 +277,8 @@ fn light_leaks_are_a_warning() {
     let scene = |gap: f64| format!("{head}{}{}", quad("lamp", 1.0), quad("lid", 1.0 - gap));
     sandbox.write("a.scene.toml", scene(1e-7));
     let run = sandbox.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
-    let head = "warning: object `lamp` shines through object `lid`, which is opaque but so close to the light that rounding errors exceed the distance; leave ";
-    let tail = " metres or more between them, or add --precision reference";
+    let head = "warning: object `lamp`: it is so close to object `lid`, which is opaque, that the precision does not tell which of the two is in front: its light passes through that object, or the lamp itself is not seen; move it ";
+    let tail = " metres or more away from that object, to the side to which it should shine, or render with --precision reference";
     let said = run
         .exits_with(0)
         .stderr
@@ -295,7 +294,7 @@ fn light_leaks_are_a_warning() {
     assert!(
         stats["warnings"]
             .to_string()
-            .contains("object `lamp` shines through object `lid`"),
+            .contains("object `lamp`: it is so close to object `lid`"),
         "{}",
         stats["warnings"]
     );
@@ -308,7 +307,7 @@ fn light_leaks_are_a_warning() {
             precision,
         ]);
         assert!(
-            !run.exits_with(0).stderr.contains("shines through"),
+            !run.exits_with(0).stderr.contains("it is so close to"),
             "{}",
             run.stderr
         );

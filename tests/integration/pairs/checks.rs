@@ -224,7 +224,7 @@ pub const CHECKS: &[Check] = &[
     }),
     ("lost samples", |case| {
         let counters = case.output.counters;
-        let lost = counters.sample_losses().next().is_some();
+        let lost = counters.faults().next().is_some();
         lost.then(|| format!("{counters:?}"))
     }),
     ("the other precision", |case| {

@@ -6,8 +6,9 @@ use std::time::Duration;
 
 use clap::Args;
 use raywright_core::effects::Effect;
+use raywright_core::fault::FaultKind;
 use raywright_core::ladder::RungChoice;
-use raywright_io::{EnvironmentSource, GroundRule, SectionPlane, WarningCode};
+use raywright_io::{EnvironmentSource, GroundRule, SectionPlane};
 
 use super::values;
 
@@ -181,7 +182,7 @@ pub struct CheckArgs {
     /// Codes of warnings that --deny-warnings allows, separated by commas; each printed warning
     /// ends with its code in brackets
     #[arg(long, value_name = "CODE", value_delimiter = ',', value_parser = values::parse_warning_code, requires = "deny_warnings")]
-    pub allow: Vec<WarningCode>,
+    pub allow: Vec<FaultKind>,
 
     /// Changes to the scene.
     #[command(flatten)]

@@ -12,11 +12,12 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use raywright_core::Settings;
 use raywright_core::display::curve::{encode_transfer, quantise_8_bit};
 use raywright_core::effects::{Effect, SWITCHABLE_EFFECTS};
+use raywright_core::fault::FaultKind;
 use raywright_core::framing::ViewAngles;
 use raywright_core::scene::{AspectFit, Studio, TransferCurve};
 use raywright_core::settings::Crop;
 use raywright_core::suggest::most_similar_word;
-use raywright_io::{EnvironmentSource, GroundRule, UpAxis, WarningCode, parse_colour};
+use raywright_io::{EnvironmentSource, GroundRule, UpAxis, parse_colour};
 
 /// Largest number of samples per pixel.
 pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
@@ -521,12 +522,12 @@ pub fn list_switchable_effects() -> String {
         .join(", ")
 }
 
-/// Parses the code of a warning, such as `nothing-to-see`.
-pub fn parse_warning_code(text: &str) -> Result<WarningCode, String> {
-    let names = WarningCode::ALL.map(WarningCode::name);
-    WarningCode::from_name(text).ok_or_else(|| match most_similar_word(text, names) {
+/// Parses the code of a warning, such as `nothing-seen`.
+pub fn parse_warning_code(text: &str) -> Result<FaultKind, String> {
+    let names = FaultKind::ALL.iter().map(|kind| kind.name());
+    FaultKind::from_name(text).ok_or_else(|| match most_similar_word(text, names) {
         Some(name) => format!("no warning has this code; did you mean `{name}`?"),
-        None => format!("no warning has this code; the codes: {}", names.join(", ")),
+        None => "no warning has this code; docs/stress.md lists them".to_owned(),
     })
 }
 

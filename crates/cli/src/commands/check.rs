@@ -1,9 +1,10 @@
 //! `check`: whether files can be rendered, and every problem that prevents a picture. The check
 //! uses the default precision, so that coordinates that this precision loses are problems too.
 
+use raywright_core::fault::{Fault, FaultKind, Severity};
 use raywright_core::{Settings, find_collapsed_objects};
+use raywright_io::LoadedScene;
 use raywright_io::report::format_count;
-use raywright_io::{LoadedScene, Severity, Warning, WarningCode};
 use serde::Serialize;
 
 use crate::args::CheckArgs;
@@ -14,7 +15,7 @@ use crate::session::Session;
 use crate::{plan, scene_input};
 
 /// Version of the layout of [`CheckedFile`].
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// Report of `check`: the results for all files.
 #[derive(Serialize)]
@@ -33,7 +34,7 @@ struct CheckedFile {
     code: u8,
     /// Message of the problem that prevents a picture, if any.
     error: Option<String>,
-    warnings: Vec<Warning>,
+    warnings: Vec<Fault>,
 }
 
 /// Runs `check`: loads and validates each file. The exit code is the code of the first file with a
@@ -123,30 +124,27 @@ fn check_load_result(
 
 /// Returns the warnings about a scene, the most severe first, among them the warning about a scene
 /// without objects.
-fn list_warnings(loaded: &LoadedScene) -> Vec<Warning> {
+fn list_warnings(loaded: &LoadedScene) -> Vec<Fault> {
     let mut warnings = loaded.warnings.clone();
     if scene_input::is_empty_scene(loaded)
         && !warnings
             .iter()
-            .any(|warning| warning.code == WarningCode::NothingToSee)
+            .any(|warning| warning.kind == FaultKind::NothingSeen)
     {
-        warnings.push(Warning::new(
-            WarningCode::NothingToSee,
-            &loaded.source.name,
-            "there is nothing to see: the scene has no object",
-        ));
+        let message = "there is nothing to see: the scene has no object";
+        warnings.push(FaultKind::NothingSeen.in_file(&loaded.source.name, message));
     }
-    warnings.sort_by_key(|warning| std::cmp::Reverse(warning.severity()));
+    warnings.sort_by_key(|warning| (warning.severity, warning.kind));
     warnings
 }
 
 /// Returns the failure of `--deny-warnings` for a file; `None` if every warning is allowed.
-fn deny_warnings(name: &str, warnings: &[Warning], args: &CheckArgs) -> Option<Failure> {
+fn deny_warnings(name: &str, warnings: &[Fault], args: &CheckArgs) -> Option<Failure> {
     // Notes report automatic choices, which `--deny-warnings` does not deny.
     let denied = warnings
         .iter()
         .filter(|warning| {
-            warning.severity() > Severity::Note && !args.allow.contains(&warning.code)
+            warning.severity < Severity::Harmless && !args.allow.contains(&warning.kind)
         })
         .count();
     (args.deny_warnings && denied > 0).then(|| {
@@ -165,9 +163,9 @@ fn print_result(
     failure: Option<&Failure>,
     verbosity: Verbosity,
 ) -> Result<(), Failure> {
-    for Warning { code, message, .. } in &checked.warnings {
-        let message = format_args!("{message} [{}]", code.name());
-        if code.severity() == Severity::Note {
+    for warning in &checked.warnings {
+        let message = format_args!("{warning} [{}]", warning.kind.name());
+        if warning.severity == Severity::Harmless {
             verbosity.print_note(message)
         } else {
             verbosity.print_warning(message)
@@ -182,7 +180,7 @@ fn print_result(
     let notes = checked
         .warnings
         .iter()
-        .filter(|warning| warning.severity() == Severity::Note)
+        .filter(|warning| warning.severity == Severity::Harmless)
         .count();
     let counts = [(checked.warnings.len() - notes, "warning"), (notes, "note")]
         .into_iter()

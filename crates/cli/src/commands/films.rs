@@ -7,6 +7,7 @@ use std::slice;
 
 use raywright_core::denoise::{DenoiseError, denoise};
 use raywright_core::film::{Film, FilmMergeError};
+use raywright_core::scene::Scene;
 use raywright_core::{Observer, RenderOutput};
 use raywright_io::output::StoredFilm;
 use raywright_io::report::{format_count, format_duration};
@@ -73,7 +74,7 @@ impl FilmOutputs {
         let Session { outputs, notes, .. } = session;
         let free = outputs.beside(&self.inputs);
         let written = write::write_targets(rendered, &self.targets, display, metadata, free)?;
-        messages::note_lost_samples(&rendered.counters, notes);
+        messages::note_faults(rendered.counters.faults(), &Scene::default(), notes);
         let error = messages::report_error(noisy.as_ref(), film, rendered, None, notes);
         Ok((written, error))
     }

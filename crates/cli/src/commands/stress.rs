@@ -25,7 +25,7 @@ use crate::session::Session;
 use text::StressText;
 
 /// Version of the layout of the JSON.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// Greatest number of samples per pixel of the marked picture.
 const MARKED_PICTURE_SAMPLES: u32 = 16;
@@ -148,7 +148,7 @@ fn write_marked_picture(
 fn finding_mark((index, found): (usize, &Fault)) -> Option<PictureMark> {
     let (pixel, _) = found.pixel.filter(|(_, camera)| *camera == 0)?;
     let colour = match found.severity {
-        Severity::PictureWrong => [255, 70, 70],
+        Severity::NoPicture | Severity::PictureWrong => [255, 70, 70],
         Severity::SlowOrNoisy => [255, 200, 40],
         Severity::Harmless => [120, 200, 255],
     };
@@ -175,7 +175,7 @@ fn format_json(
             "severity": found.severity,
             "about": found.subject.display_name(&loaded.scene),
             "path": own,
-            "in": loaded.source.format_value_position(&own),
+            "position": loaded.source.format_value_position(&own),
             "others": others.map(|&subject| path(subject)).collect::<Vec<_>>(),
             "more": found.others.len(),
             "primitive": found.primitive,
@@ -186,7 +186,7 @@ fn format_json(
             "of": found.of,
             "unit": found.unit,
             "predicate": found.predicate,
-            "why": found.reason,
+            "message": found.message,
             "remedy": found.remedy,
         })
     };

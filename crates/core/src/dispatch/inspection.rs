@@ -3,9 +3,13 @@
 
 use super::{PreparedInPrecision, ReadyScene};
 use crate::effects::EffectReport;
+use crate::fault::{Fault, Subject};
 use crate::film::Film;
 use crate::memory::MemoryUse;
-use crate::prepare::{LightLeak, LightRays, TableSizes, UnresolvedGap};
+use crate::prepare::{
+    LightLeak, LightRays, TableSizes, UnresolvedGap, lost_object, unresolved_object,
+};
+use crate::scene::Scene;
 use crate::settings::Settings;
 
 impl ReadyScene {
@@ -47,16 +51,34 @@ impl ReadyScene {
         each!(&self.prepared, p => p.light_rays(film.light_usage()))
     }
 
+    /// Returns the faults of the scene by rounding in the chosen precision: lost and unresolved
+    /// objects, closed gaps beside glass, and lamps that shine through opaque objects.
+    pub fn faults(&self, scene: &Scene) -> Vec<Fault> {
+        let precision = self.settings.precision;
+        let subject = |&object: &u32| Subject::from_object_index(scene, object as usize);
+        let lost = self.invisible_objects();
+        let unresolved = self.first_unresolved_object();
+        let unresolved = unresolved.filter(|object| !lost.contains(object));
+        let lost = lost.iter().map(subject);
+        let lost = lost.map(|subject| lost_object(subject, precision));
+        let unresolved = unresolved.iter().map(subject);
+        let unresolved = unresolved.map(|subject| unresolved_object(subject, precision));
+        let (gaps, leaks) = (self.find_unresolved_gaps(), self.find_light_leaks());
+        let gaps = gaps.iter().map(|gap| gap.fault(scene, precision));
+        let leaks = leaks.iter().map(|leak| leak.fault(scene, precision));
+        lost.chain(unresolved).chain(gaps).chain(leaks).collect()
+    }
+
     /// Returns the pairs of objects between which the chosen precision closes a gap. Only gaps are
     /// found that straight rays through the picture's pixels cross.
-    pub fn find_unresolved_gaps(&self) -> Vec<UnresolvedGap> {
+    pub(crate) fn find_unresolved_gaps(&self) -> Vec<UnresolvedGap> {
         each!(&self.prepared, p => p.find_unresolved_gaps(self.settings.size))
     }
 
     /// Returns the lamps whose light passes through an opaque object, because the chosen precision
     /// cannot separate lamp and object. Only leaks onto points that rays through the picture's
     /// pixels hit are found.
-    pub fn find_light_leaks(&self) -> Vec<LightLeak> {
+    pub(crate) fn find_light_leaks(&self) -> Vec<LightLeak> {
         each!(&self.prepared, p => p.find_light_leaks(self.settings.size))
     }
 
@@ -77,14 +99,14 @@ impl ReadyScene {
     /// Returns the objects that are invisible: all triangles of their mesh collapse when rounded
     /// far from the storage origin. The result lists ascending indices among the scene's objects,
     /// where generated objects come last.
-    pub fn invisible_objects(&self) -> &[u32] {
+    pub(crate) fn invisible_objects(&self) -> &[u32] {
         each!(&self.prepared, p => &p.collapsed_meshes)
     }
 
     /// Returns the first object that is too far from the storage origin: the precision cannot
     /// separate points that are a thousandth of the object's size apart. The result is an index
     /// among the scene's objects, where generated objects come last.
-    pub fn first_unresolved_object(&self) -> Option<u32> {
+    pub(crate) fn first_unresolved_object(&self) -> Option<u32> {
         each!(&self.prepared, p => p.origin.unresolved)
     }
 

@@ -6,13 +6,14 @@ use glam::{DMat3, DVec3};
 use raywright_bvh::Real;
 
 use crate::affine::affine_from_steps;
+use crate::fault::{Fault, FaultKind, Subject};
 use crate::generate::generator_offsets;
 use crate::lookup::SceneLookup;
 use crate::motion::object_transforms_at_ends;
 use crate::scene::{Generator, Object, Scene, Shape};
 use crate::shape::shape_origin;
 use crate::storage_origin::StorageOrigin;
-use crate::validate::{MAX_PROBLEMS, Problem, do_edges_span_no_area, format_list};
+use crate::validate::{MAX_PROBLEMS, do_edges_span_no_area, format_list};
 
 /// An extent of a shape, such as the height of a box, that becomes zero when the shape's
 /// coordinates are rounded for storage.
@@ -102,7 +103,7 @@ fn pure_translation(object: &Object) -> Option<DVec3> {
 
 /// Returns the problems of objects that collapse when stored: one for each listed object, and one
 /// for the first collapsing object of each generator. At most [`MAX_PROBLEMS`] problems.
-pub(crate) fn find_collapsed_objects<R: Real>(scene: &Scene) -> Vec<Problem> {
+pub(crate) fn find_collapsed_objects<R: Real>(scene: &Scene) -> Vec<Fault> {
     collapsed_relative_to::<R>(
         scene,
         StorageOrigin::from_scene::<R>(scene, &SceneLookup::new(scene)).origin,
@@ -110,20 +111,30 @@ pub(crate) fn find_collapsed_objects<R: Real>(scene: &Scene) -> Vec<Problem> {
 }
 
 /// Returns the problems of [`find_collapsed_objects`] for coordinates relative to an origin.
-pub(super) fn collapsed_relative_to<R: Real>(scene: &Scene, origin: DVec3) -> Vec<Problem> {
+pub(super) fn collapsed_relative_to<R: Real>(scene: &Scene, origin: DVec3) -> Vec<Fault> {
     let objects = scene.objects.iter().enumerate();
-    let listed = objects.filter_map(|(i, object)| {
-        listed_object_problem::<R>(&format!("objects[{i}]"), object, origin)
-    });
-    let generators = scene.generators.iter().enumerate();
-    let generated = generators.filter_map(|(i, generator)| {
-        generated_object_problem::<R>(&format!("generators[{i}].object"), generator, origin)
-    });
-    listed.chain(generated).take(MAX_PROBLEMS).collect()
+    let listed =
+        objects.filter_map(|(i, object)| Some((i, listed_object_problem::<R>(object, origin)?)));
+    let generators = scene.generators.iter().zip(scene.objects.len()..);
+    let generated = generators
+        .filter_map(|(generator, i)| Some((i, generated_object_problem::<R>(generator, origin)?)));
+    let named = |(index, fault): (usize, Fault)| {
+        let subject = Subject::Object(index);
+        Fault {
+            subject,
+            path: subject.scene_path(scene) + &fault.path,
+            ..fault
+        }
+    };
+    listed
+        .chain(generated)
+        .map(named)
+        .take(MAX_PROBLEMS)
+        .collect()
 }
 
 /// Returns the problem of a listed object, if it collapses.
-fn listed_object_problem<R: Real>(path: &str, object: &Object, origin: DVec3) -> Option<Problem> {
+fn listed_object_problem<R: Real>(object: &Object, origin: DVec3) -> Option<Fault> {
     let offset = pure_translation(object)
         .map_or_else(|| -shape_origin(&object.shape), |offset| offset - origin);
     let loss = find_lost_extent(&object.shape, offset, round_to_scalar::<R>)?;
@@ -131,7 +142,6 @@ fn listed_object_problem<R: Real>(path: &str, object: &Object, origin: DVec3) ->
         .caused_by_distance
         .then_some("move the object nearer to the rest of the scene");
     Some(collapse_problem::<R>(
-        path,
         &loss,
         "",
         nearer,
@@ -140,18 +150,14 @@ fn listed_object_problem<R: Real>(path: &str, object: &Object, origin: DVec3) ->
 }
 
 /// Returns the problem of a generator's first object that collapses at its position.
-fn generated_object_problem<R: Real>(
-    path: &str,
-    generator: &Generator,
-    origin: DVec3,
-) -> Option<Problem> {
+fn generated_object_problem<R: Real>(generator: &Generator, origin: DVec3) -> Option<Fault> {
     let object = &generator.object;
     let placed = matches!(
         object.shape,
         Shape::Box { .. } | Shape::Quad { .. } | Shape::Triangle { .. }
     );
     let Some(own) = pure_translation(object).filter(|_| placed) else {
-        return listed_object_problem::<R>(path, object, origin);
+        return listed_object_problem::<R>(object, origin);
     };
     let own = own - origin;
     let lost = |(i, position)| {
@@ -170,7 +176,6 @@ fn generated_object_problem<R: Real>(
     );
     let nearer = Some("make the object larger, move the generator nearer to the rest of the scene");
     Some(collapse_problem::<R>(
-        path,
         &loss,
         &which,
         nearer,
@@ -182,12 +187,11 @@ fn generated_object_problem<R: Real>(
 /// generator. `nearer` is a hint that proposes another position. `kept` is whether the shape
 /// survives in double precision.
 fn collapse_problem<R: Real>(
-    path: &str,
     loss: &LostExtent,
     which: &str,
     nearer: Option<&str>,
     kept: bool,
-) -> Problem {
+) -> Fault {
     let stored = if R::ROUNDOFF == R::from_f64(f64::ROUNDOFF) {
         "double"
     } else {
@@ -196,15 +200,17 @@ fn collapse_problem<R: Real>(
     let hints = nearer
         .into_iter()
         .chain(kept.then_some("add --precision reference"));
-    let hint = hints.collect::<Vec<_>>().join(", or ");
-    Problem {
-        path: format!("{path}.shape.{}", loss.key),
-        message: format!(
-            "{} rounds to zero in {stored} precision, so nothing is visible{which}",
-            loss.label
-        ),
-        hint: (!hint.is_empty()).then_some(hint),
-        span: None,
+    let message = format!(
+        "{} rounds to zero in {stored} precision, so nothing is visible{which}",
+        loss.label
+    );
+    Fault {
+        path: format!(".shape.{}", loss.key),
+        ..FaultKind::LostShape.fault(
+            Subject::Scene,
+            message,
+            hints.collect::<Vec<_>>().join(", or "),
+        )
     }
 }
 

@@ -3,10 +3,10 @@
 use raywright_bvh::GeometryError;
 
 use crate::expr::ExprError;
+use crate::fault::Fault;
 use crate::memory::MemoryUse;
 use crate::observer::Observer;
 use crate::settings::SettingsError;
-use crate::validate::Problem;
 
 /// Reason why a scene cannot be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -27,7 +27,7 @@ pub enum PrepareError {
     Collapsed {
         /// Problems found by [`find_collapsed_objects`](crate::find_collapsed_objects): at least
         /// one.
-        problems: Vec<Problem>,
+        problems: Vec<Fault>,
     },
     /// The scene uses a name that it does not define. Validation reports the same problem with its
     /// place in the file.

@@ -30,7 +30,7 @@ pub enum LampRef {
 /// An error of the picture: a lamp shines through an opaque object, because the gap between them is
 /// narrower than shadow rays resolve.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightLeak {
+pub(crate) struct LightLeak {
     /// Lamp whose light leaks.
     pub lamp: LampRef,
     /// Index of the opaque object in the scene's list of objects; generated objects follow the

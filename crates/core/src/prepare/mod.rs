@@ -7,6 +7,7 @@ mod emitter_filter;
 mod emitters;
 mod error;
 mod estimate;
+mod faults;
 mod geometry;
 mod inputs;
 mod light_leaks;
@@ -42,8 +43,10 @@ use context::PrepareContext;
 pub use error::PrepareError;
 pub(crate) use error::check_cancelled;
 pub(crate) use estimate::estimate_memory;
+pub(crate) use faults::{lost_object, unreached_light, unresolved_object};
 pub(crate) use geometry::{ObjectMesh, ObjectRecord, UniformSurface, build_geometry};
-pub use light_leaks::{LampRef, LightLeak};
+pub use light_leaks::LampRef;
+pub(crate) use light_leaks::LightLeak;
 use lights::{build_sky_sampler, prepare_irradiance, prepare_lights};
 pub(crate) use material::{
     AnisotropyFrame, ClassicInputs, ConstantIor, FilmThickness, InputFieldTypes, LayeredInputs,
@@ -56,7 +59,7 @@ pub(crate) use prepared_scene::PreparedScene;
 pub(crate) use prepared_scene::PreparedSpawnRule;
 pub use prepared_scene::TableSizes;
 pub use unreached_lights::LightRays;
-pub use unresolved_gaps::UnresolvedGap;
+pub(crate) use unresolved_gaps::UnresolvedGap;
 
 impl<R: Real> PreparedScene<R> {
     /// Prepares a scene for rendering with the simulated effects. Tables of other effects stay

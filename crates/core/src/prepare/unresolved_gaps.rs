@@ -17,7 +17,7 @@ const MAX_HITS: usize = 16;
 /// beyond the other. Of partly transparent surfaces in one place, rays that pass the first pass the
 /// others too.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UnresolvedGap {
+pub(crate) struct UnresolvedGap {
     /// Index of the transmissive object in the scene's list of objects; generated objects follow
     /// the listed objects.
     pub object: usize,

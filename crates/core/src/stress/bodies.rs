@@ -3,7 +3,6 @@
 
 use super::facts::object_bounds;
 use super::*;
-use crate::fault::round_to_two_digits;
 use crate::prepare::{LampRef, LightLeak, UnresolvedGap};
 use crate::topology::Topology;
 
@@ -285,7 +284,7 @@ impl SceneFacts<'_> {
             return None;
         }
         let least = format_metres(round_up(self.min_separation_at(at.position)));
-        let exact = self.or_reference();
+        let exact = self.settings.precision.or_reference();
         let (place, remedy) = match a == b {
             true => (
                 format!("two layers of its surface lie less than {least} apart"),
@@ -310,7 +309,11 @@ impl SceneFacts<'_> {
     /// Returns the remedy for two surfaces that are too close. `minimum` is the least
     /// distinguishable separation, `gap` the actual one, both in metres.
     pub fn separation_remedy(&self, minimum: f64, gap: f64) -> String {
-        let exact = if gap > 0.0 { self.or_reference() } else { "" };
+        let exact = if gap > 0.0 {
+            self.settings.precision.or_reference()
+        } else {
+            ""
+        };
         // In double precision, files have fewer digits than storage.
         let minimum = match self.settings.precision {
             PrecisionChoice::Robust => minimum,
@@ -336,28 +339,8 @@ impl SceneFacts<'_> {
             let through = survey.count(RayEvent::Crossed(pair[0])) as f64;
             let found = f64::from(gap.rays) / GAP_RAYS * survey.rays as f64;
             let is_seen = gap.rays >= FEWEST_GAP_RAYS && found >= OPEN * through;
-            let end = if is_seen {
-                ""
-            } else {
-                "; hardly any ray of the cameras gets there"
-            };
-            let least = format_metres(round_to_two_digits(gap.resolved_width));
-            let opaque = pair
-                .into_iter()
-                .find(|&object| self.objects[object].is_opaque());
-            let touch = match opaque {
-                Some(opaque) => sunk_glass_remedy(&self.object_name(opaque)),
-                None => TOUCHING_GLASS_REMEDY.to_owned(),
-            };
-            let finding = ClosedGap.fault(
-                pair[0],
-                format!(
-                    "it touches {}, or is less than {least} away from it, too close for the precision: light that leaves one of the two misses the surface of the other{end}",
-                    self.object_name(pair[1])
-                ),
-                format!("if the two should touch, {touch}; if there should be air between them, leave {least} or more{}", self.or_reference()),
-            );
-            Some(finding.if_seen(is_seen).with_place(gap.place))
+            let finding = gap.fault(self.scene, self.settings.precision);
+            Some(finding.if_seen_or(is_seen, "; hardly any ray of the cameras gets there"))
         };
         gaps.iter().filter_map(finding).collect()
     }
@@ -368,19 +351,5 @@ impl SceneFacts<'_> {
             LampRef::Light(_) => None,
             LampRef::Object(object) => Some(self.sorted_pair([object, leak.cover])),
         }
-    }
-
-    /// Returns the finding about a lamp that shines through an opaque cover.
-    pub fn leak_finding(&self, leak: &LightLeak) -> Fault {
-        let cover = self.facts_index(leak.cover as u32);
-        let reason = format!(
-            "it is so close to {}, which is opaque, that the precision does not tell which of the two is in front: its light passes through that object, or the lamp itself is not seen",
-            self.object_name(cover)
-        );
-        let remedy = format!(
-            "move it {} or more away from that object, to the side to which it should shine, or render with --precision reference",
-            format_metres(round_up(leak.resolved_distance))
-        );
-        LightThroughCover.fault(self.lamp_subject(leak.lamp), reason, remedy)
     }
 }

@@ -266,14 +266,6 @@ impl<'a> SceneFacts<'a> {
         }
     }
 
-    /// Returns the end of a remedy that double precision replaces; empty if it is chosen already.
-    pub fn or_reference(&self) -> &'static str {
-        match self.settings.precision {
-            PrecisionChoice::Robust => ", or render with --precision reference",
-            PrecisionChoice::Reference => "",
-        }
-    }
-
     /// Returns the surfaces that each ray in world space hits, as far as the first opaque one.
     pub fn trace(&self, ready: &ReadyScene, rays: Vec<Ray<f64>>) -> Vec<Vec<RayHit>> {
         ready.run_task(&HitTask { facts: self, rays })

@@ -6,6 +6,7 @@ use super::samples::SmallRender;
 use super::*;
 use crate::generate::generator_offsets;
 use crate::metrics::RELATIVE_FLOOR;
+use crate::prepare::unreached_light;
 use crate::scene::{Colour, LightKind};
 
 /// Limits below which a lamp lights nothing. With a distance d, they apply to these shares of d²: to
@@ -39,13 +40,8 @@ impl SceneFacts<'_> {
                 .or_else(|| self.behind_glass_finding(subject, light))
                 .or_else(|| self.sizeless_lamp_finding(subject, light))
                 .or_else(|| {
-                    let finding = UnreachedLight.fault(subject,
-                        "this light reaches no visible surface: it is blocked, or turned away from all visible surfaces",
-                        "open or remove the object that blocks the light, or remove the light, which only adds noise",
-                    );
-                    let rays = light.shadow_rays[0];
-                    let finding = finding.with_rays(rays, rays, "towards it were blocked");
-                    light.is_unreached().then_some(finding)
+                    let is_told = light.is_unreached();
+                    is_told.then(|| unreached_light(subject, light.shadow_rays[0]))
                 });
             findings.extend(found.map(|found| found.with_place(self.subject_centre(subject))));
         }
@@ -414,7 +410,7 @@ impl SceneFacts<'_> {
             }
         };
         (
-            format!("{lights} {effect}; {}", first.reason),
+            format!("{lights} {effect}; {}", first.message),
             first.remedy.clone(),
         )
     }

@@ -1,6 +1,7 @@
 //! Findings about meshes: single triangles, holes, orientation and stray vertices. The severity
 //! depends on what the cameras see of a fault.
 
+use super::storage::OUT_OF_VIEW;
 use super::*;
 use crate::topology::{HalfEdge, Topology, TriangularHole};
 
@@ -332,18 +333,13 @@ impl UsedMesh<'_> {
         });
         let (triangle, place) = far_out.or_else(|| at(0.0))?;
         let is_seen = self.facts.is_in_view(place);
-        let end = if is_seen {
-            ""
-        } else {
-            "; no camera has it in view"
-        };
         let [x, y, z] = position(vertex).to_array().map(format_decimal);
         let (named, what) = match strays.vertices.len() {
             1 => (format!("vertex {vertex} is"), "it"),
             more => (format!("vertex {vertex} and {} more are", more - 1), "them"),
         };
         let reason = format!(
-            "{named} far out, at ({x}, {y}, {z}) metres, while nearly all others are within {} of the middle of the mesh: the triangles that reach to {what} are spikes, or too thin for any ray to hit{end}",
+            "{named} far out, at ({x}, {y}, {z}) metres, while nearly all others are within {} of the middle of the mesh: the triangles that reach to {what} are spikes, or too thin for any ray to hit",
             format_metres(strays.reach * scale)
         );
         let remedy = format!(
@@ -352,7 +348,7 @@ impl UsedMesh<'_> {
         let (count, total) = (strays.triangles.len() as u64, self.triangle_count());
         let fault = StrayVertices
             .fault(object.index, reason, remedy)
-            .if_seen(is_seen)
+            .if_seen_or(is_seen, OUT_OF_VIEW)
             .with_count(count, total, "triangles", "reach to such a vertex");
         Some(Fault {
             primitive: Some(triangle),

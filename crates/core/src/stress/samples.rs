@@ -2,7 +2,7 @@
 //! that is lost where paths end at their depth limit.
 
 use super::*;
-use crate::counters::{Counters, SampleLoss};
+use crate::counters::Counters;
 use crate::picture::Picture;
 use crate::prepare::LightRays;
 use crate::scene::AlphaMode;
@@ -144,28 +144,15 @@ impl SmallRender {
             let at = |axis: usize| cell[axis] / f64::from(edges[axis]) * f64::from(size[axis]);
             ([at(0), at(1)], self.camera)
         };
-        let finding = |loss| match loss {
-            SampleLoss::NotFinite { dropped, of: total } => {
-                let finding = SamplesNotFinite.fault(
-                    if is_sky { Subject::Sky } else { Subject::Scene },
-                    "samples are not finite numbers and are dropped, so that their pixels are wrong",
-                    "look for numbers in materials, lights and sky that are too large or undefined, or render with --precision reference",
-                );
-                Fault {
-                    pixel: fewest.map(position),
-                    ..finding.with_count(dropped, total, "samples", "had to be dropped")
-                }
-            }
-            SampleLoss::CutShort { rays, most } => {
-                let finding = RaysCutShort.fault(
-                    Subject::Scene,
-                    format!("rays end after {most} surfaces that are cut out or partly transparent, so that objects behind these surfaces are missing"),
-                    "place fewer such surfaces behind each other",
-                );
-                finding.with_rays(rays, 0, "ended there")
-            }
+        let finding = |fault: Fault| match fault.kind {
+            SamplesNotFinite => Fault {
+                subject: if is_sky { Subject::Sky } else { Subject::Scene },
+                pixel: fewest.map(position),
+                ..fault
+            },
+            _ => fault,
         };
-        self.counters.sample_losses().map(finding).collect()
+        self.counters.faults().map(finding).collect()
     }
 }
 

@@ -45,7 +45,7 @@ pub(super) fn run_all_checks(
     let bounds = measure_scene_extent(scene, settings.precision).bounds;
     let mut facts = SceneFacts::new(scene, settings, bounds);
     if !lost.is_empty() {
-        let mut findings = facts.lost_shape_findings(&lost);
+        let mut findings = lost;
         findings.extend(facts.check_textures());
         findings.extend(facts.check_lights(&LightSurvey::default()));
         let summary = facts.summarise(None, findings);
@@ -200,7 +200,7 @@ impl CameraResults {
         let pictures = self.pictures.iter();
         let (energy, furnaces) = facts.run_furnace_tests(&survey, deadline);
         let mut findings = self.gap_findings;
-        findings.extend(leaks.map(|leak| facts.leak_finding(leak)));
+        findings.extend(leaks.map(|leak| leak.fault(facts.scene, facts.settings.precision)));
         let lists = [
             pictures
                 .clone()

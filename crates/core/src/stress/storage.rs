@@ -2,8 +2,8 @@
 //! whose coordinates are stored in steps that are large for their size.
 
 use super::*;
+use crate::prepare::lost_object;
 use crate::storage_origin::{StorageOrigin, coordinate_spacing_in_box, resolves_object_shape};
-use crate::validate::Problem;
 
 /// Least ratio of two objects' distances from the cameras for the farther one to be the cause of
 /// coarse coordinates.
@@ -11,6 +11,9 @@ const FARTHER: f64 = 100.0;
 /// A difference is not visible up to this share of the object's rays, or up to this area in pixels.
 const SHARE: f64 = 0.01;
 const PIXELS: f64 = 1.0;
+
+/// End of the message about a fault out of view.
+pub(super) const OUT_OF_VIEW: &str = "; no camera has it in view";
 
 /// Coarsely stored objects with the same cause.
 #[derive(Default)]
@@ -26,22 +29,6 @@ struct CoarseObjects {
 }
 
 impl SceneFacts<'_> {
-    /// Returns findings about shapes that degenerate when they are stored. `problems` are the errors
-    /// for which the scene cannot be prepared.
-    pub fn lost_shape_findings(&self, problems: &[Problem]) -> Vec<Fault> {
-        let finding = |problem: &Problem| {
-            let mut subjects = self.objects.iter().map(ObjectFacts::subject);
-            let own = |subject: &Subject| problem.path.starts_with(&subject.scene_path(self.scene));
-            let hint = problem.hint.as_deref();
-            LostShape.fault(
-                subjects.find(own).unwrap_or(Subject::Scene),
-                &problem.message,
-                hint.unwrap_or("make the shape larger"),
-            )
-        };
-        problems.iter().map(finding).collect()
-    }
-
     /// Returns the findings about details that storage in the scalar type `R` loses. The picture is wrong
     /// if a camera has the object in view. `exact` holds the rays in double precision.
     pub fn check_storage<R: Real>(
@@ -55,17 +42,9 @@ impl SceneFacts<'_> {
         let lost_finding = |&index: &usize| {
             let object = &self.objects[index];
             let is_seen = self.is_object_in_view(survey, object);
-            let end = if is_seen {
-                ""
-            } else {
-                "; no camera has it in view"
-            };
-            let finding = LostObject.fault(
-                index,
-                format!("it is so far from the rest of the scene that rounding merges all corners of its triangles, so that nothing is left of it{end}"),
-                format!("move the object nearer to the rest of the scene{}", self.or_reference()),
-            );
-            finding.if_seen(is_seen).with_place(object.centre())
+            let finding = lost_object(object.subject(), self.settings.precision);
+            let finding = finding.if_seen_or(is_seen, OUT_OF_VIEW);
+            finding.with_place(object.centre())
         };
         let mut findings: Vec<Fault> = lost.iter().map(lost_finding).collect();
         let groups = self.coarse_objects::<R>(ready, survey, exact, &lost);
@@ -180,7 +159,7 @@ impl SceneFacts<'_> {
             false => "nothing, unless the object is misplaced".to_owned(),
             true => format!(
                 "move the object nearer to the rest of the scene{}",
-                self.or_reference()
+                self.settings.precision.or_reference()
             ),
         };
         (reason, remedy)

@@ -20,7 +20,7 @@ impl SceneFacts<'_> {
         let mut findings = self.merge(self.without_consequences(findings));
         findings.sort_by(|a, b| {
             let key = |f: &Fault| (f.severity, f.kind, f.subject);
-            (key(a), &a.reason).cmp(&(key(b), &b.reason))
+            (key(a), &a.message).cmp(&(key(b), &b.message))
         });
         let (all, mut of_kind) = (findings.len(), BTreeMap::new());
         findings.retain(|finding| {
@@ -98,7 +98,7 @@ impl SceneFacts<'_> {
         let mut groups: HashMap<_, Vec<Fault>> = HashMap::new();
         for finding in findings {
             let subject = core::mem::discriminant(&finding.subject);
-            let words = (finding.reason.clone(), finding.remedy.clone());
+            let words = (finding.message.clone(), finding.remedy.clone());
             let key = (finding.severity, finding.kind, subject, words);
             groups.entry(key).or_default().push(finding);
         }

@@ -5,8 +5,9 @@ mod requirements;
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::{self, Display, Write as _};
 
-use super::{MAX_PROBLEMS, Problem};
+use super::MAX_PROBLEMS;
 use crate::expr::{self, Constant, ExprError, ExprScope, Program};
+use crate::fault::{Fault, FaultKind, Subject};
 use crate::lookup::{NameToIndexMap, SceneLookup};
 use crate::scene::{Colour, Material, Scene};
 use crate::suggest::most_similar_word;
@@ -29,7 +30,7 @@ const MAX_COMPARISONS: usize = 1_000_000;
 pub(super) struct SceneCheck<'a> {
     /// Path of the checked value in the scene file.
     path: String,
-    problems: Vec<Problem>,
+    problems: Vec<Fault>,
     names: SceneLookup<'a>,
     /// Remaining comparisons, of [`MAX_COMPARISONS`] at first.
     comparisons: usize,
@@ -52,7 +53,7 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Returns all problems.
-    pub fn into_problems(self) -> Vec<Problem> {
+    pub fn into_problems(self) -> Vec<Fault> {
         self.problems
     }
 
@@ -126,11 +127,10 @@ impl<'a> SceneCheck<'a> {
         within: Option<std::ops::Range<usize>>,
     ) {
         if self.problems.len() < MAX_PROBLEMS {
-            self.problems.push(Problem {
+            self.problems.push(Fault {
                 path: self.path.clone(),
-                message,
-                hint,
                 span: within,
+                ..FaultKind::Invalid.fault(Subject::Scene, message, hint.unwrap_or_default())
             });
         }
     }

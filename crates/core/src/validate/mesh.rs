@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 
 use super::check::SceneCheck;
-use super::{MAX_COORDINATE, MAX_PROBLEMS, Problem};
+use super::{MAX_COORDINATE, MAX_PROBLEMS};
+use crate::fault::{Fault, FaultKind, Subject};
 use crate::lookup::{SceneLookup, objects_with_paths};
 use crate::scene::{Image, MOST_UV_SETS, Mesh, MeshData, MeshSource, Scene, Shape, Texture};
 
@@ -45,11 +46,11 @@ pub(super) fn check_mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
     });
 }
 
-/// Returns a problem for each object whose material reads a set of texture coordinates that its
+/// Returns a fault for each object whose material reads a set of texture coordinates that its
 /// mesh lacks. Each combination of mesh, material and set is listed once. Set 0 is left out: a mesh
 /// without it reads barycentric coordinates. Such a scene can still be rendered: a missing set reads
 /// as (0, 0).
-pub fn find_missing_uv_sets(scene: &Scene) -> Vec<Problem> {
+pub fn find_missing_uv_sets(scene: &Scene) -> Vec<Fault> {
     let lookup = SceneLookup::new(scene);
     let (mut seen, mut problems) = (HashSet::new(), Vec::new());
     for (path, object) in objects_with_paths(scene) {
@@ -68,11 +69,9 @@ pub fn find_missing_uv_sets(scene: &Scene) -> Vec<Problem> {
                     "the material `{}` reads texture coordinates by `uv_set` {set}, but the mesh `{name}` has no such set, so they count as (0, 0): use a set that the mesh has",
                     object.material
                 );
-                problems.push(Problem {
+                problems.push(Fault {
                     path: path.to_string(),
-                    message,
-                    hint: None,
-                    span: None,
+                    ..FaultKind::NoTextureCoordinates.fault(Subject::Scene, message, "")
                 });
             }
         }

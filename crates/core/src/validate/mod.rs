@@ -16,14 +16,13 @@ mod render;
 mod shape;
 mod transform;
 
-use std::ops::Range;
-
 pub(crate) use check::format_list;
 pub use check::{MAX_LIGHT_INTENSITY, MAX_MAGNITUDE};
 pub use mesh::{check_mesh_data, find_missing_uv_sets};
 pub(crate) use shape::do_edges_span_no_area;
 
 use self::check::SceneCheck;
+use crate::fault::Fault;
 use crate::scene::{FORMAT, Scene};
 
 /// Greatest number of problems that are reported.
@@ -42,24 +41,9 @@ pub const MOST_ASPECT: f64 = 1e3;
 /// coincide.
 pub const MIN_LENGTH: f64 = 1e-15;
 
-/// A problem of a scene: the path of the faulty field, a message, and possibly a hint.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
-    /// Path from the root of the scene, such as `objects[3].shape.sphere.radius`. It is empty for
-    /// the scene as a whole. If the file omits a key, the path
-    /// names it all the same.
-    pub path: String,
-    /// Message: one sentence without a full stop.
-    pub message: String,
-    /// Hint for a correction, if any.
-    pub hint: Option<String>,
-    /// Byte range of the problem within a value that is text; `None` for the whole value.
-    pub span: Option<Range<usize>>,
-}
-
-/// Returns the problems of a scene, in the order of the scene's fields; at most a hundred. A valid
-/// scene has none.
-pub fn validate(scene: &Scene) -> Vec<Problem> {
+/// Returns the faults of kind [`FaultKind::Invalid`](crate::fault::FaultKind::Invalid) of a scene, in
+/// the order of the scene's fields; at most a hundred. A valid scene has none.
+pub fn validate(scene: &Scene) -> Vec<Fault> {
     let mut check = SceneCheck::new(scene);
     if scene.format != FORMAT {
         let message = format!(

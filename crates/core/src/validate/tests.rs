@@ -1,8 +1,9 @@
 //! Each rule violated once: the problem must be reported at its path.
 
+use crate::fault::Fault;
 use crate::scene::*;
 
-use super::{Problem, check_mesh_data, validate};
+use super::{check_mesh_data, validate};
 
 const HERE: [f64; 3] = [0.0; 3];
 const ABOVE: [f64; 3] = [0.0, 1.0, 0.0];
@@ -116,7 +117,7 @@ fn ball(radius: f64) -> Object {
     }
 }
 
-fn broken(break_it: impl FnOnce(&mut Scene)) -> Vec<Problem> {
+fn broken(break_it: impl FnOnce(&mut Scene)) -> Vec<Fault> {
     let mut scene = sound();
     break_it(&mut scene);
     validate(&scene)
@@ -337,7 +338,7 @@ fn lights_and_skies_are_sensible() {
         strength: 1.0,
     };
     let problems = broken(|s| s.sky = Some(Sky::Map(map)));
-    assert_eq!(problems[0].hint.as_deref(), Some("did you mean `grain`?"));
+    assert_eq!(problems[0].remedy, "did you mean `grain`?");
     let sun = Sun {
         direction: ABOVE,
         colour: Colour::WHITE,
@@ -717,7 +718,7 @@ fn names_are_unique_and_references_exist() {
         "`name` must not be empty"
     );
     let hints = broken(|s| s.objects[0].material = "rde".into());
-    assert_eq!(hints[0].hint.as_deref(), Some("did you mean `red`?"));
+    assert_eq!(hints[0].remedy, "did you mean `red`?");
 }
 
 /// Protects: sizes and lengths of directions must be above zero.

@@ -1,6 +1,6 @@
 //! Partly transparent surfaces in camera rays; `shadows` tests them in shadow rays.
 
-use raywright_core::counters::SampleLoss;
+use raywright_core::fault::FaultKind;
 use raywright_core::scene::{ImageData, Integrator, Pinhole, PixelData, Projection, SamplePattern};
 use raywright_core::settings::{Background, Sampling};
 use raywright_core::{Scene, Settings};
@@ -475,14 +475,7 @@ fn rays_pass_some_thousand_absent_surfaces() {
     for integrator in [Integrator::Whitted, Integrator::Path] {
         for (count, blue, losses) in [
             (8192, 1.0, vec![]),
-            (
-                8193,
-                0.0,
-                vec![SampleLoss::CutShort {
-                    rays: 1,
-                    most: 8192,
-                }],
-            ),
+            (8193, 0.0, vec![(FaultKind::RaysCutShort, 1)]),
         ] {
             let scene = stack(count);
             let found = render_scene(
@@ -495,7 +488,11 @@ fn rays_pass_some_thousand_absent_surfaces() {
             assert_eq!(
                 (
                     found.picture.rgb[0],
-                    found.counters.sample_losses().collect()
+                    found
+                        .counters
+                        .faults()
+                        .map(|fault| (fault.kind, fault.count))
+                        .collect()
                 ),
                 ([0.0, 0.0, blue], losses),
                 "{integrator:?}, {count}"

@@ -347,7 +347,7 @@ fn no_sample_is_lost() {
                     ..own_settings
                 };
                 let counters = render_scene(&scene, &settings).counters;
-                if counters.samples != 12 * 12 * 8 || counters.sample_losses().next().is_some() {
+                if counters.samples != 12 * 12 * 8 || counters.faults().next().is_some() {
                     lost.push(format!(
                         "scene {number}, {integrator:?}, {precision:?}, {view:?}: {counters:?}\n{:?}",
                         scene.materials
@@ -387,9 +387,6 @@ fn flat_lamps_are_hit_once_from_their_own_plane() {
             },
         )
         .counters;
-        assert!(
-            counters.sample_losses().next().is_none(),
-            "{view:?}: {counters:?}"
-        );
+        assert!(counters.faults().next().is_none(), "{view:?}: {counters:?}");
     }
 }

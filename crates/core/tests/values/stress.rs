@@ -105,7 +105,7 @@ fn expect_finding(
         .map(|other| other.kind)
         .collect();
     assert!(strange.is_empty(), "{}: {all:?}", code.name());
-    assert!(!finding.reason.is_empty() && !finding.remedy.is_empty() && !report.is_cut_short());
+    assert!(!finding.message.is_empty() && !finding.remedy.is_empty() && !report.is_cut_short());
     finding
 }
 

@@ -258,7 +258,7 @@ impl<'a> GltfImport<'a> {
         {
             warn!(
                 self.warnings,
-                TextureCoordinates,
+                NoTextureCoordinates,
                 "{place}: its material uses TEXCOORD_{set}, which the primitive lacks; (0, 0) is used"
             );
         }

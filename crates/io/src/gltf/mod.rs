@@ -36,6 +36,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DAffine3;
+use raywright_core::fault::Fault;
 use raywright_core::{Observer, Scene};
 
 pub(crate) use model_choice::ModelChoice;
@@ -54,13 +55,13 @@ use crate::import::{
     DecodeBudget, FaultPlace, ImportResult, UniqueNames, Warnings, validate_scene,
 };
 use crate::import_progress::ImportProgress;
-use crate::{Error, Limits, Warning, uri};
+use crate::{Error, Limits, uri};
 
 /// An imported model file: its scene, its warnings, and the list of its scenes, variants and
 /// animations.
 pub(crate) struct ImportedModel {
     pub scene: Scene,
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<Fault>,
     pub contents: ModelContents,
 }
 
@@ -330,7 +331,7 @@ impl<'a> GltfImport<'a> {
         if self.scene.objects.is_empty() {
             warn!(
                 self.warnings,
-                NothingToSee,
+                NothingSeen,
                 "the scene has no visible triangles: the picture shows only the background"
             );
         }

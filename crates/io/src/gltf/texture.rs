@@ -44,7 +44,7 @@ impl<'a> GltfImport<'a> {
         if uv_set >= MOST_UV_SETS {
             warn!(
                 self.warnings,
-                TextureCoordinates,
+                NoTextureCoordinates,
                 "textures[{index}]: uses TEXCOORD_{uv_set}, but only sets below {MOST_UV_SETS} are supported; the texture is left out"
             );
             return Ok(None);

@@ -27,7 +27,7 @@ fn warnings_are_said_once_and_capped() {
     let mut warnings = Warnings::default();
     ["a", "b", "a", "b", "b"]
         .into_iter()
-        .for_each(|message| warnings.add(WarningCode::Format, message));
+        .for_each(|message| warnings.add(fault::FaultKind::Format, message));
     let messages: Vec<_> = warnings
         .into_warnings("f")
         .into_iter()

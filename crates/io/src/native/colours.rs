@@ -4,11 +4,11 @@
 use std::collections::BTreeMap;
 
 use raywright_core::Scene;
+use raywright_core::fault::{Fault, FaultKind};
 use raywright_core::scene::{Material, MaterialModel};
 
 use super::node::{TextValue, ValueNode};
 use crate::colour::parse_colour;
-use crate::warning::{Warning, WarningCode};
 
 /// Keys of colours whose names do not end in `colour`. All keys that end in `colour` have colours
 /// too.
@@ -55,7 +55,7 @@ pub(super) fn replace_colour_texts(node: &mut ValueNode, parameters: &BTreeMap<S
 }
 
 /// Warns about materials whose colours were probably written as codes from 0 to 255.
-pub(super) fn warn_colour_codes(file: &str, scene: &Scene) -> Vec<Warning> {
+pub(super) fn warn_colour_codes(file: &str, scene: &Scene) -> Vec<Fault> {
     let warning = |material: &Material| {
         let (key, colour) = match &material.model {
             MaterialModel::Classic(classic) => ("colour", classic.colour.constant()?),
@@ -69,7 +69,7 @@ pub(super) fn warn_colour_codes(file: &str, scene: &Scene) -> Vec<Warning> {
                 "`{key}` of material `{name}` is [{red}, {green}, {blue}], more than a surface can reflect (1 is white); codes from 0 to 255 are \
                  written \"rgb({red}, {green}, {blue})\""
             );
-            Warning::new(WarningCode::ColourCodes, file, message)
+            FaultKind::ColourCodes.in_file(file, message)
         })
     };
     scene.materials.iter().filter_map(warning).collect()

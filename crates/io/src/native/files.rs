@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use raywright_core::fault;
 use raywright_core::scene::{Image, MeshSource, Sky, SkyMap};
 use raywright_core::suggest::most_similar_word;
 use raywright_core::validate::{check_mesh_data, find_missing_uv_sets};
@@ -16,7 +17,6 @@ use crate::folder::{Folder, ReadError};
 use crate::image_file::{self, DecodedImage};
 use crate::import::{DecodeBudget, Fault, FaultKind};
 use crate::limits::Limits;
-use crate::warning::{Warning, WarningCode};
 use crate::{mesh_file, presets};
 
 /// Prefix of a built-in image.
@@ -28,7 +28,7 @@ pub(crate) fn read_files(
     parsed: &mut ParsedScene<'_>,
     outer: &Folder,
     limits: &Limits,
-) -> Result<Vec<Warning>, Error> {
+) -> Result<Vec<fault::Fault>, Error> {
     let mut warnings = colours::warn_colour_codes(parsed.file, &parsed.scene);
     warnings.extend(read_images(parsed, outer, limits)?);
     for i in 0..parsed.scene.meshes.len() {
@@ -49,7 +49,7 @@ fn read_images(
     parsed: &mut ParsedScene<'_>,
     folder: &Folder,
     limits: &Limits,
-) -> Result<Vec<Warning>, Error> {
+) -> Result<Vec<fault::Fault>, Error> {
     let mut budget = DecodeBudget::new(limits);
     let mut warnings = Vec::new();
     let mut waiting = Vec::new();
@@ -64,7 +64,7 @@ fn read_images(
                 let name = &parsed.scene.images[i].name;
                 let message =
                     format!("image `{name}`: {reason}; materials are shown without this image");
-                warnings.push(Warning::new(WarningCode::Picture, parsed.file, message));
+                warnings.push(fault::FaultKind::Picture.in_file(parsed.file, message));
             }
         }
     }
@@ -82,11 +82,7 @@ fn read_images(
         } = data.map_err(|fault| image_error(parsed, i, &fault))?;
         let name = &parsed.scene.images[i].name;
         warnings.extend(remarks.into_iter().map(|remark| {
-            Warning::new(
-                WarningCode::from_repaired_texels(repaired),
-                parsed.file,
-                format!("image `{name}` {remark}"),
-            )
+            remark_kind(repaired).in_file(parsed.file, format!("image `{name}` {remark}"))
         }));
         (parsed.scene.images[i].data, parsed.scene.images[i].mended) =
             (Some(Arc::new(image)), repaired);
@@ -101,7 +97,7 @@ fn read_mesh(
     index: usize,
     outer: &Folder,
     limits: &Limits,
-) -> Result<Vec<Warning>, Error> {
+) -> Result<Vec<fault::Fault>, Error> {
     let MeshSource::File(reference) = &parsed.scene.meshes[index].source else {
         return Ok(Vec::new());
     };

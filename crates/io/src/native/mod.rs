@@ -17,8 +17,9 @@ mod toml;
 use std::collections::{BTreeMap, HashSet};
 
 use raywright_core::Scene;
+use raywright_core::fault::Fault;
 use raywright_core::scene::FORMAT;
-use raywright_core::validate::{Problem, validate};
+use raywright_core::validate::validate;
 use serde::Deserialize;
 
 pub use parameters::ParameterOverrides;
@@ -32,7 +33,6 @@ use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::limits::format_bytes;
 use crate::text::strip_byte_order_mark;
-use crate::warning::{Warning, WarningCode};
 
 /// Largest number of passes over a syntax tree. A failure ends its pass if no valid value can
 /// replace the wrong value; the pass may then have missed later failures.
@@ -77,13 +77,12 @@ impl ParsedScene<'_> {
 
     /// Creates a warning for a problem that does not prevent a picture, with the line of the
     /// problem.
-    pub fn warning_at(&self, problem: &Problem) -> Warning {
+    pub fn warning_at(&self, problem: &Fault) -> Fault {
         let before = positions::value_span(&self.root, &problem.path)
             .and_then(|span| self.text.get(..span.start))
             .unwrap_or_default();
         let line = before.matches('\n').count() + 1;
-        Warning::new(
-            WarningCode::TextureCoordinates,
+        problem.kind.in_file(
             self.file,
             format!("line {line}, {}: {}", problem.path, problem.message),
         )

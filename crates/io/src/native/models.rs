@@ -6,6 +6,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use raywright_core::affine_from_steps;
+use raywright_core::fault::Fault;
 use raywright_core::scene::{
     Light, MaterialFields, MaterialModel, MeshSource, ModelFile, Object, Scene, Shape,
 };
@@ -23,7 +24,6 @@ use crate::limits::Limits;
 use crate::model_file;
 use crate::source::SceneFormat;
 use crate::up_axis::transform_light;
-use crate::warning::Warning;
 
 /// Key of a loaded model: path, scene, variant, and the bits of the time in seconds.
 type ModelKey = (String, Option<String>, Option<String>, Option<u64>);
@@ -66,7 +66,7 @@ pub(super) fn add_models(
     parsed: &mut ParsedScene<'_>,
     outer: &Folder,
     limits: &Limits,
-) -> Result<Vec<Warning>, Error> {
+) -> Result<Vec<Fault>, Error> {
     let models = core::mem::take(&mut parsed.scene.models);
     // Names of models must differ from those that the scene uses already.
     let mut taken = part_names(&mut parsed.scene).map(|names| {
@@ -149,7 +149,7 @@ fn load_model_file(
     limits: &Limits,
     model: &ModelFile,
     index: usize,
-) -> Result<(Scene, Vec<Warning>), Error> {
+) -> Result<(Scene, Vec<Fault>), Error> {
     let at = |key: &str| format!("models[{index}].{key}");
     let bytes = outer
         .read(&model.file)

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use raywright_core::validate::Problem;
+use raywright_core::fault::Fault;
 
 use super::node::{TextValue, ValueNode};
 use crate::diagnostic::Diagnostic;
@@ -18,11 +18,7 @@ pub(crate) struct ModelEntries {
 }
 
 /// Creates a diagnostic at the position of a problem.
-pub(crate) fn diagnostic_from_problem(
-    root: &ValueNode,
-    text: &str,
-    problem: Problem,
-) -> Diagnostic {
+pub(crate) fn diagnostic_from_problem(root: &ValueNode, text: &str, problem: Fault) -> Diagnostic {
     let (node, whole) = find_value(root, &problem.path);
     let span = match problem.span {
         Some(part) if whole => node.span_of_text_part(text, &part),
@@ -34,7 +30,7 @@ pub(crate) fn diagnostic_from_problem(
         message: problem.message,
         span,
         label: String::new(),
-        hint: problem.hint,
+        hint: Some(problem.remedy).filter(|remedy| !remedy.is_empty()),
     }
 }
 

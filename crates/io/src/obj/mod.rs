@@ -181,7 +181,7 @@ impl<'a> SceneBuilder<'a> {
         if self.scene.objects.is_empty() {
             warn!(
                 self.warnings,
-                NothingToSee, "the file has no triangles: nothing to see"
+                NothingSeen, "the file has no triangles: nothing to see"
             );
         }
         let warnings = self.warnings.into_warnings(file.display());

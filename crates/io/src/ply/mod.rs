@@ -96,7 +96,7 @@ pub(crate) fn import(
     if !mapped && !images.is_empty() {
         warn!(
             warnings,
-            TextureCoordinates,
+            NoTextureCoordinates,
             "names {}, but has no texture coordinates; the model is shown without a texture",
             format_texture_names(&images)
         );

@@ -50,7 +50,7 @@ fn object(mesh: &str, transform: Value) -> Value {
 }
 
 /// Volumes of the objects in world space after a section, and the codes of the warnings.
-fn left(scene: &Scene, section: &str) -> (Vec<f64>, Vec<WarningCode>) {
+fn left(scene: &Scene, section: &str) -> (Vec<f64>, Vec<FaultKind>) {
     let mut scene = scene.clone();
     let warnings = cut_scene(&mut scene, &section.parse().expect("a section"), "s");
     let mut volumes: Vec<f64> = Vec::new();
@@ -79,7 +79,7 @@ fn left(scene: &Scene, section: &str) -> (Vec<f64>, Vec<WarningCode>) {
     }
     (
         volumes,
-        warnings.iter().map(|warning| warning.code).collect(),
+        warnings.iter().map(|warning| warning.kind).collect(),
     )
 }
 
@@ -140,7 +140,7 @@ fn planes_through_faces_leave_no_film() {
     for nothing in ["x=0.1", "-x=0.3", "y=-1", "z=0%", "-z=100%"] {
         assert_eq!(
             left(&body, nothing),
-            (vec![], vec![WarningCode::Section]),
+            (vec![], vec![FaultKind::Section]),
             "{nothing}"
         );
     }
@@ -214,7 +214,7 @@ fn open_meshes_and_other_shapes_are_told() {
         ),
         "y=0.5",
     );
-    assert_eq!((found.len(), warnings), (1, vec![WarningCode::Section]));
+    assert_eq!((found.len(), warnings), (1, vec![FaultKind::Section]));
     let mut open = scene(
         &[(
             "open",
@@ -234,7 +234,7 @@ fn open_meshes_and_other_shapes_are_told() {
         &scene(&[("cube", data(cube(0.0, 1.0, false)))], others),
         "x=0.5",
     );
-    assert_eq!((found.len(), warnings), (1, vec![WarningCode::Section]));
+    assert_eq!((found.len(), warnings), (1, vec![FaultKind::Section]));
     let leaf = json!({ "positions": [[0, 0, 0], [2, 0, 0], [0, 2, 0]], "indices": [[0, 1, 2]], "uvs": [[[0, 0], [1, 0], [0, 1]]],
         "colours": [[0, 0, 0, 1], [1, 0, 0, 1], [0, 0, 1, 1]], "normals": [[0, 0, 1], [0, 0, 1], [0, 0, 1]] });
     let mut leaf = scene(&[("leaf", leaf)], json!([object("leaf", json!([]))]));

@@ -1,43 +1,30 @@
 //! Messages of `render` about a scene and its picture: effects left out, objects lost, lights that
 //! no path reaches, the error, and with `-v` times and counts.
 
-use raywright_core::counters::{Counters, SampleLoss};
 use raywright_core::denoise::FEWEST_SAMPLES;
 use raywright_core::display::exposure::{Clipping, MOST_CLIPPED};
 use raywright_core::effects::EffectReport;
-use raywright_core::fault::Subject;
+use raywright_core::fault::{Fault, FaultKind, Subject};
 use raywright_core::film::{EstimateDoubt, Film, Uncertainty};
-use raywright_core::prepare::{LampRef, LightLeak, LightRays};
-use raywright_core::scene::Shape;
-use raywright_core::settings::{PrecisionChoice, Settings};
+use raywright_core::prepare::LightRays;
+use raywright_core::scene::{Scene, Shape};
+use raywright_core::settings::Settings;
 use raywright_core::{ReadyScene, RenderOutput};
+use raywright_io::LoadedScene;
 use raywright_io::report::{
     format_duration, format_estimate, format_memory_parts, format_rough_estimate,
     format_significant_digits,
 };
-use raywright_io::{LoadedScene, Warning, WarningCode};
 
 use crate::args::ExposureChoice;
 use crate::commands::explain;
 use crate::commands::render::RenderedPicture;
-use crate::console::mask_to_one_line;
 use crate::notes::Notes;
 use crate::origin;
 use crate::plan::{ChosenExposure, PicturePlan};
 use crate::session::StageSeconds;
 use crate::table::format_rows;
 use crate::targets::OutputTarget;
-
-/// Formats the name of a light without size for a message.
-fn light_name(loaded: &LoadedScene, index: usize) -> String {
-    mask_to_one_line(&Subject::Light(index).display_name(&loaded.scene))
-}
-
-/// Formats the name of an object for a message, given its index among all objects.
-fn object_name(loaded: &LoadedScene, index: usize) -> String {
-    let subject = Subject::from_object_index(&loaded.scene, index);
-    mask_to_one_line(&subject.display_name(&loaded.scene))
-}
 
 /// Warns of the effects that are left out, and prints all effects in verbose runs.
 pub fn note_effects(loaded: &LoadedScene, report: &EffectReport, notes: &mut Notes) {
@@ -55,37 +42,16 @@ pub fn note_effects(loaded: &LoadedScene, report: &EffectReport, notes: &mut Not
     }
 }
 
-/// Warns of objects that vanish in the chosen precision, because the corners of their triangles
-/// coincide.
-pub fn note_lost_objects(loaded: &LoadedScene, ready: &ReadyScene, notes: &mut Notes) {
-    let [first, others @ ..] = ready.invisible_objects() else {
-        return;
-    };
-    let object = object_name(loaded, *first as usize);
-    let more = if others.is_empty() {
-        String::new()
-    } else {
-        format!(" and {} more", others.len())
-    };
-    notes.add_warning(format!(
-        "{object}{more} cannot be seen: so far from the origin, the corners of such small triangles coincide in single \
-         precision; move the mesh nearer to the origin, or add --precision reference"
-    ));
-}
-
-/// Warns of an object so far from all others that the chosen precision does not resolve its shape.
-pub fn note_unresolved_objects(loaded: &LoadedScene, ready: &ReadyScene, notes: &mut Notes) {
-    let Some(first) = ready
-        .first_unresolved_object()
-        .filter(|first| !ready.invisible_objects().contains(first))
-    else {
-        return;
-    };
-    let object = object_name(loaded, first as usize);
-    notes.add_warning(format!(
-        "{object} is so far from the rest of the scene that single precision does not resolve a thousandth of its size; move the objects \
-         nearer to each other, or add --precision reference"
-    ));
+/// Adds faults that a preparation or a render finds to the notes, and returns them for the
+/// statistics.
+pub fn note_faults(
+    faults: impl IntoIterator<Item = Fault>,
+    scene: &Scene,
+    notes: &mut Notes,
+) -> Vec<Fault> {
+    let faults = Fault::first_of_kinds(faults, scene);
+    notes.add_faults(&faults);
+    faults
 }
 
 /// Adds a note if `--wireframe` is given and the scene has shapes without edges, such as spheres.
@@ -113,12 +79,9 @@ pub fn note_missing_edges(loaded: &LoadedScene, ready: &ReadyScene, notes: &mut 
     ));
 }
 
-/// Warns of the bias that a clamp causes. The warning is added to the warnings of the statistics
-/// too.
-pub fn note_clamp_bias(loaded: &mut LoadedScene, ready: &ReadyScene, notes: &mut Notes) {
-    let Some(maximum) = ready.settings().clamp else {
-        return;
-    };
+/// Returns the fault of the bias that a clamp causes.
+pub fn clamp_fault(ready: &ReadyScene) -> Option<Fault> {
+    let maximum = ready.settings().clamp?;
     let message = if ready.is_path_traced() {
         format!(
             "--clamp dims samples brighter than {maximum} to this radiance: pixels with such samples are too dark (bias)"
@@ -126,123 +89,7 @@ pub fn note_clamp_bias(loaded: &mut LoadedScene, ready: &ReadyScene, notes: &mut
     } else {
         "--clamp has no effect: it dims samples of path tracing, and this scene is rendered without path tracing".to_owned()
     };
-    warn(WarningCode::Samples, message, loaded, notes);
-}
-
-/// Warns of pairs of transparent bodies so close together that light passes from one body into the
-/// other without crossing the gap, and of partly transparent surfaces in one place.
-pub fn note_closed_gaps(loaded: &mut LoadedScene, ready: &ReadyScene, notes: &mut Notes) {
-    let gaps = ready.find_unresolved_gaps();
-    for is_coincident in [false, true] {
-        let mut alike = gaps.iter().filter(|gap| gap.is_coincident == is_coincident);
-        let Some(gap) = alike.next() else {
-            continue;
-        };
-        let [first, second] = [gap.object, gap.other].map(|object| object_name(loaded, object));
-        let others = format_other_pairs(alike.count());
-        let message = if is_coincident {
-            let pair = if gap.object == gap.other {
-                first
-            } else {
-                format!("{first} and {second}")
-            };
-            format!(
-                "surfaces of {pair}{others} lie in one place: light that passes the first, which is partly transparent, passes the second unseen; \
-                 remove the second or leave {} metres or more between them",
-                format_significant_digits(gap.resolved_width, 2)
-            )
-        } else {
-            format!(
-                "the gap between {first} and {second}{others} is closed: light passes from the first into the second without crossing the gap, since they touch or \
-                 are so close that rounding errors exceed their distance; {}",
-                advise_distance(gap.resolved_width, ready)
-            )
-        };
-        warn(WarningCode::Precision, message, loaded, notes);
-    }
-}
-
-/// Warns of lights so close behind an opaque object that rounding lets their light leak through the
-/// object.
-pub fn note_light_leaks(loaded: &mut LoadedScene, ready: &ReadyScene, notes: &mut Notes) {
-    let leaks = ready.find_light_leaks();
-    let [first, others @ ..] = leaks.as_slice() else {
-        return;
-    };
-    let LightLeak {
-        lamp,
-        cover,
-        resolved_distance,
-    } = *first;
-    let lamp = match lamp {
-        LampRef::Light(index) => light_name(loaded, index),
-        LampRef::Object(index) => object_name(loaded, index),
-    };
-    let message = format!(
-        "{lamp} shines through {}{}, which is opaque but so close to the light that rounding errors exceed the distance; {}",
-        object_name(loaded, cover),
-        format_other_pairs(others.len()),
-        advise_distance(resolved_distance, ready)
-    );
-    warn(WarningCode::Precision, message, loaded, notes);
-}
-
-/// Formats the number of other pairs with the same problem; empty for none.
-fn format_other_pairs(count: usize) -> String {
-    if count == 0 {
-        String::new()
-    } else {
-        format!(" (and {count} more such pairs)")
-    }
-}
-
-/// Advises the least distance in metres between two objects that rounding resolves, and the
-/// reference precision unless the render uses it.
-fn advise_distance(metres: f64, ready: &ReadyScene) -> String {
-    let or_precision = if ready.settings().precision == PrecisionChoice::Reference {
-        ""
-    } else {
-        ", or add --precision reference"
-    };
-    format!(
-        "leave {} metres or more between them{or_precision}",
-        format_significant_digits(metres, 2)
-    )
-}
-
-/// Adds a warning about precision to the notes, and to the warnings of the statistics.
-fn warn(code: WarningCode, message: String, loaded: &mut LoadedScene, notes: &mut Notes) {
-    notes.add_warning(&message);
-    loaded.warnings.push(Warning { code, message });
-}
-
-/// Warns of samples and rays that the picture lacks, and returns the warnings for the statistics.
-pub fn note_lost_samples(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
-    let message = |loss| match loss {
-        SampleLoss::NotFinite { dropped, of: total } => format!(
-            "{dropped} of {total} samples ({} %) were not finite and were dropped, so that their pixels are wrong; look for numbers \
-             that are too large or not defined in materials, lights and sky, or add --precision reference",
-            format_significant_digits(100.0 * dropped as f64 / total as f64, 2)
-        ),
-        SampleLoss::CutShort {
-            rays,
-            most: maximum,
-        } => format!(
-            "{rays} rays were ended after {maximum} surfaces that are cut out or partly transparent, so that objects \
-             behind these surfaces are missing; place fewer such surfaces one behind the other"
-        ),
-    };
-    let warnings: Vec<Warning> = counters
-        .sample_losses()
-        .map(|loss| Warning {
-            code: WarningCode::Samples,
-            message: message(loss),
-        })
-        .collect();
-    warnings
-        .iter()
-        .for_each(|warning| notes.add_warning(&warning.message));
-    warnings
+    Some(FaultKind::SamplesDimmed.fault(Subject::Scene, message, ""))
 }
 
 /// Adds a note about an exposure that a model's own lights call for.
@@ -328,36 +175,10 @@ pub(super) fn note_exposure(
 /// Adds a note about lights that no path reached. This is no warning, because a lamp in a closed
 /// box may be intended.
 pub(super) fn note_unreached_lights(picture: &RenderedPicture<'_>, notes: &mut Notes) {
-    let RenderedPicture { loaded, .. } = *picture;
-    let all = picture.ready.light_rays(picture.film).into_iter();
-    let unreached_lights: Vec<LightRays> = all.filter(LightRays::is_unreached).collect();
-    let light = |unreached: &LightRays| match unreached.lamp {
-        LampRef::Light(index) => light_name(loaded, index),
-        LampRef::Object(index) => object_name(loaded, index),
-    };
-    let rays: u64 = unreached_lights.iter().map(|light| light.blocked).sum();
-    let stopped = format!(
-        "all {rays} rays to surfaces were blocked; if this is not intended, move the light out of the object that encloses it"
-    );
-    match unreached_lights.as_slice() {
-        [] => {}
-        [unreached_light] => notes.add_hint(format!(
-            "nothing is lit by {}: {stopped}",
-            light(unreached_light)
-        )),
-        [first, .., last] => {
-            let others = if unreached_lights.len() > 2 {
-                format!(", {} more", unreached_lights.len() - 2)
-            } else {
-                String::new()
-            };
-            notes.add_hint(format!(
-                "nothing is lit by {}{others} and {}: {stopped}",
-                light(first),
-                light(last)
-            ));
-        }
-    }
+    let scene = &picture.loaded.scene;
+    let rays = picture.ready.light_rays(picture.film).into_iter();
+    let unreached = rays.filter(LightRays::is_unreached);
+    note_faults(unreached.map(|rays| rays.fault(scene)), scene, notes);
 }
 
 /// Formats times, ray counts, memory and method of a render, for verbose runs.

@@ -118,13 +118,12 @@ fn print_pixel_hash(
 /// Records the notes and warnings about a prepared scene, before its render.
 fn note_preparation(loaded: &mut LoadedScene, ready: &ReadyScene, notes: &mut Notes) {
     messages::note_effects(loaded, ready.effects(), notes);
-    messages::note_lost_objects(loaded, ready, notes);
-    messages::note_unresolved_objects(loaded, ready, notes);
     messages::note_missing_edges(loaded, ready, notes);
-    messages::note_closed_gaps(loaded, ready, notes);
-    messages::note_light_leaks(loaded, ready, notes);
-    messages::note_clamp_bias(loaded, ready, notes);
     messages::note_headlight(ready, notes);
+    let faults = ready.faults(&loaded.scene).into_iter();
+    let faults = faults.chain(messages::clamp_fault(ready));
+    let faults = messages::note_faults(faults, &loaded.scene, notes);
+    loaded.warnings.extend(faults);
 }
 
 /// Refuses a scene without any object, unless the task allows empty pictures.

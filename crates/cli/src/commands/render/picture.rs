@@ -52,7 +52,7 @@ pub fn render_to_memory(
 ) -> Result<FinishedPicture, Failure> {
     refuse_file_flags(task)?;
     let mut notes = Notes::new(Verbosity::Quiet);
-    notes.add_scene_warnings(loaded);
+    notes.add_faults(&loaded.warnings);
     scene_input::note_added_parts(loaded, &mut notes);
     refuse_empty_scene(task, loaded)?;
     let watch = BudgetObserver {
@@ -75,7 +75,7 @@ pub fn render_to_memory(
     }
     let reason = scene_input::describe_empty_picture(loaded, &rendered, &plan.settings);
     super::refuse_empty_picture(task, loaded, reason)?;
-    messages::note_lost_samples(&rendered.counters, &mut notes);
+    messages::note_faults(rendered.counters.faults(), &loaded.scene, &mut notes);
     let picture = RenderedPicture {
         task,
         loaded,

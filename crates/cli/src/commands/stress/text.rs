@@ -4,14 +4,11 @@ use std::path::Path;
 
 use raywright_core::fault::{Fault, Severity, count_with_unit, format_decimal};
 use raywright_core::stress::{CheckRun, StressSummary};
-use raywright_io::{LoadedScene, Warning};
+use raywright_io::LoadedScene;
 
 use super::describe_marks;
 use crate::console::{self, Verbosity, mask_to_one_line};
 use crate::table::{wrap_paragraph, wrap_text};
-
-/// Greatest number of other subjects that are named in a finding.
-const MOST_NAMES: usize = 3;
 
 /// Formatter of the text report.
 pub(super) struct StressText<'a> {
@@ -62,7 +59,7 @@ impl StressText<'_> {
                 worst.description()
             ),
         };
-        let is_warning = |warning: &&Warning| warning.severity() > raywright_io::Severity::Note;
+        let is_warning = |warning: &&Fault| warning.severity < Severity::Harmless;
         let count = self.loaded.warnings.iter().filter(is_warning).count();
         if count == 0 {
             return findings;
@@ -76,19 +73,6 @@ impl StressText<'_> {
         format!("{findings}; {warnings} of reading the file{place}")
     }
 
-    /// Returns the subject of a finding and up to three others with the same fault.
-    fn format_subjects(&self, found: &Fault) -> String {
-        let scene = &self.loaded.scene;
-        let mut words = found.subject.display_name(scene);
-        for other in found.others.iter().take(MOST_NAMES) {
-            words += &format!(", {}", other.display_name(scene));
-        }
-        match found.others.len().saturating_sub(MOST_NAMES) {
-            0 => words,
-            more => format!("{words} and {more} more"),
-        }
-    }
-
     /// Returns the text of a finding: subject and code, place, reason, count and remedy. One that is
     /// harmless takes a line with its count, unless `-v` asks for more.
     fn format_finding(&self, number: usize, found: &Fault) -> String {
@@ -96,12 +80,12 @@ impl StressText<'_> {
         let room = console::line_width().unwrap_or(usize::MAX);
         let mut lines = vec![format!(
             "{} - {}",
-            self.format_subjects(found),
+            found.subject_names(&self.loaded.scene),
             found.kind.name()
         )];
         let count = found.count_text().unwrap_or_default();
         if found.severity < Severity::Harmless || self.verbosity == Verbosity::Verbose {
-            let (place, reason) = (self.format_location(found), found.reason.clone());
+            let (place, reason) = (self.format_location(found), found.message.clone());
             lines.extend([place, reason, count, format!("do: {}", found.remedy)]);
         } else if !count.is_empty() {
             lines[0] += &format!(": {count}");

@@ -5,7 +5,7 @@ use super::*;
 use crate::scene::{GeneratorKind, TransformStep, Triple};
 
 /// [`collapsed_relative_to`] with the origin zero.
-fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
+fn collapsed<R: Real>(scene: &Scene) -> Vec<Fault> {
     collapsed_relative_to::<R>(scene, DVec3::ZERO)
 }
 
@@ -17,7 +17,7 @@ fn object(shape: Shape, transform: Vec<TransformStep>) -> Object {
 }
 
 /// The problems of a single object in single precision; asserts that double precision has none.
-fn alone(object: Object) -> Vec<Problem> {
+fn alone(object: Object) -> Vec<Fault> {
     let scene = Scene {
         objects: vec![object],
         ..Scene::default()
@@ -28,7 +28,7 @@ fn alone(object: Object) -> Vec<Problem> {
 
 fn one(shape: Shape) -> String {
     match alone(object(shape, Vec::new())).as_slice() {
-        [Problem { path, message, .. }] => format!("{path}: {message}"),
+        [Fault { path, message, .. }] => format!("{path}: {message}"),
         others => panic!("{others:?}"),
     }
 }
@@ -76,8 +76,8 @@ fn sizes_survive_single_precision() {
         "torus.minor_radius: the difference between `minor_radius` and `major_radius` rounds to zero"
     ));
     assert_eq!(
-        alone(object(torus, Vec::new()))[0].hint.as_deref(),
-        Some("add --precision reference")
+        alone(object(torus, Vec::new()))[0].remedy,
+        "add --precision reference"
     );
     let quad = Shape::Quad {
         corner: [1e8; 3],
@@ -93,10 +93,10 @@ fn sizes_survive_single_precision() {
             .contains("triangle.vertices: the distance between the corners rounds to zero")
     );
     assert_eq!(alone(object(triangle(1e6), Vec::new())), []);
-    let hint = alone(object(quad, Vec::new())).remove(0).hint;
+    let hint = alone(object(quad, Vec::new())).remove(0).remedy;
     assert_eq!(
-        hint.as_deref(),
-        Some("move the object nearer to the rest of the scene, or add --precision reference")
+        hint,
+        "move the object nearer to the rest of the scene, or add --precision reference"
     );
 }
 
@@ -122,8 +122,8 @@ fn doubles_lose_what_is_too_far_for_them() {
         "{lost:?}"
     );
     assert_eq!(
-        lost[0].hint.as_deref(),
-        Some("move the object nearer to the rest of the scene")
+        lost[0].remedy,
+        "move the object nearer to the rest of the scene"
     );
 }
 
@@ -159,12 +159,7 @@ fn generated_shapes_are_judged_where_they_land() {
         "the distance between `min` and `max` rounds to zero in single precision, so nothing is visible of the generator's object 2, \
          at [0, 0, 300000]"
     );
-    assert!(
-        found[0]
-            .hint
-            .as_ref()
-            .is_some_and(|hint| hint.ends_with("or add --precision reference"))
-    );
+    assert!(found[0].remedy.ends_with("or add --precision reference"));
     assert_eq!(with(thin(0.0), Vec::new(), 0.0), []);
     let moved = |z| vec![TransformStep::Translate([0.0, 0.0, z])];
     assert_eq!(

@@ -3,10 +3,11 @@
 
 use serde_json::{Value, json};
 
-use super::super::{Problem, validate};
+use super::super::validate;
+use crate::fault::Fault;
 use crate::scene::Scene;
 
-fn problems(camera: Value, object: Value) -> Vec<Problem> {
+fn problems(camera: Value, object: Value) -> Vec<Fault> {
     let mut whole = json!({
         "format": 1,
         "cameras": [{ "pose": { "look_at": { "eye": [0, 0, 5], "target": [0, 0, 0] } },
@@ -82,7 +83,7 @@ fn maps_are_invertible_at_every_time() {
     assert!(
         problems(json!({}), end(turned(180.0)))
             .iter()
-            .all(|problem| problem.hint.is_some())
+            .all(|problem| !problem.remedy.is_empty())
     );
 }
 

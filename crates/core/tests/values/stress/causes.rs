@@ -24,8 +24,8 @@ fn a_far_ball_that_is_seen_as_in_doubles_is_harmless() {
     let findings = found(&far, FaultKind::UnresolvedObject);
     let finding = findings.first().expect("a finding");
     assert_eq!(finding.severity, Harmless, "{finding:?}");
-    assert!(finding.reason.contains("0 of "), "{finding:?}");
-    assert!(finding.reason.contains("steps of"), "{finding:?}");
+    assert!(finding.message.contains("0 of "), "{finding:?}");
+    assert!(finding.message.contains("steps of"), "{finding:?}");
 }
 
 /// Protects: distant balls are judged alike, whether few or more than 32 of them. They are harmless
@@ -58,7 +58,7 @@ fn many_far_balls_are_judged_as_few_are() {
             assert!(
                 !findings.is_empty()
                     && findings.iter().all(|finding| finding.severity == severity
-                        && !finding.reason.contains("no ray of the cameras")),
+                        && !finding.message.contains("no ray of the cameras")),
                 "{count} at {distance}: {findings:?}"
             );
         }
@@ -83,7 +83,7 @@ fn the_far_object_is_blamed_and_not_the_ground() {
     }
     assert!(!findings.is_empty());
     assert!(
-        findings[0].reason.contains("object `ground`"),
+        findings[0].message.contains("object `ground`"),
         "{findings:?}"
     );
 }
@@ -164,7 +164,7 @@ fn a_black_picture_names_its_cover() {
             panic!("{name}: {:?}", summarise_findings(&of).findings);
         };
         assert!(
-            finding.reason.contains(name) && finding.remedy.contains(name),
+            finding.message.contains(name) && finding.remedy.contains(name),
             "{finding:?}"
         );
     }
@@ -179,7 +179,7 @@ fn a_black_picture_under_a_sky_with_a_tiny_sun() {
     );
     let finding = alone(&dark, FaultKind::BlackPicture, PictureWrong);
     assert!(
-        finding.reason.contains("`expression`") && finding.remedy.contains("`suns`"),
+        finding.message.contains("`expression`") && finding.remedy.contains("`suns`"),
         "{finding:?}"
     );
 }
@@ -195,7 +195,7 @@ fn a_mesh_without_area_is_the_cause() {
     let mut parts = json!({ "meshes": [flat], "objects": [object("flat", json!({ "mesh": "flat" }), "paint")] });
     let finding = alone(&scene(&parts), FaultKind::DegenerateTriangles, PictureWrong);
     assert!(
-        finding.reason.contains("scale of 0") && finding.remedy.contains("scale of 0"),
+        finding.message.contains("scale of 0") && finding.remedy.contains("scale of 0"),
         "{finding:?}"
     );
     parts["objects"] = json!([
@@ -221,7 +221,7 @@ fn coplanar_surfaces_give_the_number_that_decides() {
     };
     let harmless = found(&of(5.0, 1e-6), FaultKind::CoplanarSurfaces);
     assert_eq!(harmless[0].severity, Harmless, "{harmless:?}");
-    let reason = &harmless[0].reason;
+    let reason = &harmless[0].message;
     assert!(
         !reason.contains("decides")
             && reason.contains("rays in the overlap hit this object")
@@ -233,7 +233,7 @@ fn coplanar_surfaces_give_the_number_that_decides() {
     assert_eq!(wrong[0].severity, PictureWrong, "{wrong:?}");
     assert!(
         wrong[0]
-            .reason
+            .message
             .contains("rays in the overlap hit the other surface"),
         "{wrong:?}"
     );

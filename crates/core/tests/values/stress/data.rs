@@ -59,9 +59,9 @@ fn materials_that_make_light() {
         PictureWrong,
     );
     assert!(
-        finding.reason.contains("`base_colour` is up to 1.400"),
+        finding.message.contains("`base_colour` is up to 1.400"),
         "{}",
-        finding.reason
+        finding.message
     );
     let finding = alone(
         &painted(json!({ "base_colour": "sqrt(p.x - 100)" })),
@@ -69,9 +69,9 @@ fn materials_that_make_light() {
         PictureWrong,
     );
     assert!(
-        finding.reason.contains("`base_colour`"),
+        finding.message.contains("`base_colour`"),
         "{}",
-        finding.reason
+        finding.message
     );
     let hdr = with_image(
         json!({ "base_colour_texture": texture() }),
@@ -83,7 +83,7 @@ fn materials_that_make_light() {
     let in_part =
         json!({ "base_colour": "vec3(0.6 + 0.9*step(0.2, p.y))", "metallic": 1, "roughness": 0.1 });
     let finding = alone(&painted(in_part), FaultKind::EnergyMade, PictureWrong);
-    assert!(finding.reason.contains("1.500"), "{finding:?}");
+    assert!(finding.message.contains("1.500"), "{finding:?}");
 }
 
 /// Protects: glass with too short paths is found.
@@ -121,9 +121,9 @@ fn images() {
         PictureWrong,
     );
     assert!(
-        finding.reason.contains("`normal_texture`") && finding.reason.contains("sRGB"),
+        finding.message.contains("`normal_texture`") && finding.message.contains("sRGB"),
         "{}",
-        finding.reason
+        finding.message
     );
     expect_finding(
         &with_image(curved(), "linear", codes(|i| [4 * i as u8 / 2; 4])),
@@ -157,7 +157,7 @@ fn images_of_numbers() {
     ] {
         let scene = with_image(terms, "srgb", codes(varied));
         let finding = alone(&scene, FaultKind::DataReadAsColour, PictureWrong);
-        assert!(finding.reason.contains(slot), "{finding:?}");
+        assert!(finding.message.contains(slot), "{finding:?}");
     }
     for terms in [
         json!({ "roughness": read("alpha") }),

@@ -35,7 +35,10 @@ fn glass_deeper_than_the_paths() {
     for (count, material) in [(4, "glass"), (4, "thin")] {
         let shallow = behind_panes(count, material, 8);
         let finding = alone(&shallow, FaultKind::DepthBelowGlass, PictureWrong);
-        assert!(finding.reason.contains("at most 8 segments"), "{finding:?}");
+        assert!(
+            finding.message.contains("at most 8 segments"),
+            "{finding:?}"
+        );
         let words = finding
             .remedy
             .split("--max-depth ")

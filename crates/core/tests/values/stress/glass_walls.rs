@@ -102,7 +102,7 @@ fn many_blocks_of_glass_on_a_floor() {
     );
     let rug = many_blocks_with([object("rug", rug, "other")]);
     let finding = alone(&rug, FaultKind::CoplanarSurfaces, PictureWrong);
-    assert!(finding.reason.contains("`floor`"), "{finding:?}");
+    assert!(finding.message.contains("`floor`"), "{finding:?}");
 }
 
 /// Protects: beside many blocks of glass on a floor, two other blocks that touch each other are
@@ -116,7 +116,7 @@ fn two_blocks_that_touch_beside_many_on_a_floor() {
     let touching = many_blocks_with([above("lower", 20.0), above("upper", 30.0)]);
     let follows = [FaultKind::NestedGlass];
     let finding = expect_finding(&touching, FaultKind::OpenBody, PictureWrong, &follows);
-    assert!(finding.reason.contains("touches"), "{finding:?}");
+    assert!(finding.message.contains("touches"), "{finding:?}");
 }
 
 /// Protects: glass with a hidden side is reported, as rays enter it and never leave it. Culled
@@ -130,7 +130,7 @@ fn glass_with_a_hidden_side() {
     };
     for side in ["outside", "inside"] {
         let finding = alone(&of(side), FaultKind::OpenBody, PictureWrong);
-        assert!(finding.reason.contains("`side`"), "{finding:?}");
+        assert!(finding.message.contains("`side`"), "{finding:?}");
     }
     for side in ["both", "culled"] {
         assert_eq!(
@@ -168,7 +168,7 @@ fn twins_of_one_material() {
         FaultKind::FlickeringSurfaces,
         PictureWrong,
     );
-    assert!(finding.reason.contains("speckles"), "{finding:?}");
+    assert!(finding.message.contains("speckles"), "{finding:?}");
     assert_eq!(listed(&summarise_findings(&of(1.001)).findings), []);
     let exact = of(1.000_000_1);
     let settings = Settings {

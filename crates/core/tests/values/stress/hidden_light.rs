@@ -30,13 +30,13 @@ fn lamps_in_glass_that_no_path_hits() {
             FaultKind::LightByChance,
             SlowOrNoisy,
         );
-        assert!(finding.reason.contains("`bulb`"), "{finding:?}");
+        assert!(finding.message.contains("`bulb`"), "{finding:?}");
     }
     // So small that the picture is black.
     let black = of(clear(), 1e-4, 4);
     let finding = expect_finding(&black, FaultKind::BlackPicture, PictureWrong, &[]);
     assert!(
-        finding.reason.contains("`bulb`") && finding.remedy.contains("thin_walled"),
+        finding.message.contains("`bulb`") && finding.remedy.contains("thin_walled"),
         "{finding:?}"
     );
     let frosted = json!({ "transmission": 1, "roughness": 0.5 });

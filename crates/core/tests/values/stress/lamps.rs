@@ -33,7 +33,7 @@ fn a_light_in_a_surface() {
         PictureWrong,
     );
     assert!(
-        finding.reason.contains("lights[0] is without effect")
+        finding.message.contains("lights[0] is without effect")
             && finding.remedy.contains("move the light"),
         "{finding:?}"
     );
@@ -70,11 +70,11 @@ fn lights_that_miss() {
     };
     let sky = of(spot([2.0, 1.0, 0.0], [1.0, 1.0, 0.0], 20.0));
     assert!(
-        sky.reason.contains("none of") && !sky.remedy.contains("widen"),
+        sky.message.contains("none of") && !sky.remedy.contains("widen"),
         "{sky:?}"
     );
     let only_lamp = of(spot([0.0, 2.0, 0.0], [0.0, 1.0, 0.0], 10.0));
-    assert!(only_lamp.reason.contains("`lamp`"), "{only_lamp:?}");
+    assert!(only_lamp.message.contains("`lamp`"), "{only_lamp:?}");
     let behind = of(spot([0.0, 30.0, 0.0], [0.0, 1.0, 0.1], 20.0));
     assert!(!behind.remedy.contains("widen"), "{behind:?}");
     let beside = of(spot([0.0, 30.0, 0.0], [1.0, -0.9, 0.0], 20.0));
@@ -107,7 +107,7 @@ fn lamps_without_area() {
     for edge in [1e-25, 1e-10] {
         let finding = alone(&of(edge, 9.0), FaultKind::UnreachedLight, SlowOrNoisy);
         assert!(
-            finding.reason.contains("area") && !finding.reason.contains("blocked"),
+            finding.message.contains("area") && !finding.message.contains("blocked"),
             "{finding:?}"
         );
         assert!(finding.place.is_some(), "{finding:?}");
@@ -206,7 +206,7 @@ fn a_lamp_beside_glass_is_not_within_it() {
                     object("spark", ball([0.5, 1.2, 0.5], 0.003), "lamp")],
     }));
     let finding = expect_finding(&lit, FaultKind::LightByChance, SlowOrNoisy, &[]);
-    assert!(!finding.reason.contains("glass around"), "{finding:?}");
+    assert!(!finding.message.contains("glass around"), "{finding:?}");
     assert!(
         finding.remedy.contains("make object `spark` larger") && !finding.remedy.contains("rough"),
         "{finding:?}"
@@ -279,7 +279,7 @@ fn a_sun_behind_a_pane() {
         PictureWrong,
     );
     assert!(
-        finding.reason.contains("`pane`") && finding.remedy.contains("thin_walled"),
+        finding.message.contains("`pane`") && finding.remedy.contains("thin_walled"),
         "{finding:?}"
     );
     assert_eq!(listed(&summarise_findings(&of(pane(), true)).findings), []);
@@ -307,7 +307,7 @@ fn a_black_picture_by_a_panel_that_is_turned() {
     let finding = alone(&dark, FaultKind::BlackPicture, PictureWrong);
     assert!(
         finding
-            .reason
+            .message
             .contains("`panel` is without effect; this lamp emits from one side only")
             && finding.remedy.contains("turn it over"),
         "{finding:?}"

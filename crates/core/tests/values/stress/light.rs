@@ -208,7 +208,7 @@ fn lamps_that_light_nothing() {
     });
     let finding = alone(&scene(&bulb), FaultKind::LightByChance, SlowOrNoisy);
     assert_eq!(finding.subject, Subject::Object(2));
-    assert!(finding.reason.contains("`bulb`"), "{}", finding.reason);
+    assert!(finding.message.contains("`bulb`"), "{}", finding.message);
 }
 
 /// Protects: the remedy does not suggest thin walls for glass that is thin-walled already. It names

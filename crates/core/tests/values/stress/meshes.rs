@@ -586,7 +586,7 @@ fn many_surfaces_in_one_plane() {
     assert!(
         findings.len() == 1
             && findings[0].severity == PictureWrong
-            && findings[0].reason.contains("tile"),
+            && findings[0].message.contains("tile"),
         "{findings:?}"
     );
     assert_eq!(

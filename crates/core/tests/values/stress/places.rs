@@ -91,7 +91,7 @@ fn seams_of_rounding_are_told_once() {
     );
     assert_eq!((finding.severity, finding.count), (Harmless, 16));
     assert!(
-        finding.reason.contains("seam") && finding.remedy.contains("merge"),
+        finding.message.contains("seam") && finding.remedy.contains("merge"),
         "{finding:?}"
     );
 }
@@ -135,7 +135,7 @@ fn a_rug_that_is_too_near() {
             findings.len() == 1
                 && codes.contains(&findings[0].kind)
                 && findings[0].severity == PictureWrong
-                && findings[0].reason.contains(words),
+                && findings[0].message.contains(words),
             "{y}: {findings:?}"
         );
         assert!(
@@ -168,7 +168,7 @@ fn the_first_of_two_is_seen() {
     assert!(
         finding.severity == PictureWrong
             && finding
-                .reason
+                .message
                 .ends_with("only the first of the two in the file is seen"),
         "{finding:?}"
     );

@@ -58,7 +58,7 @@ fn bubbles_are_turned_inwards() {
         PictureWrong,
     );
     assert_eq!((finding.count, finding.of), (528, 1056));
-    assert!(finding.reason.contains("bubbles"), "{finding:?}");
+    assert!(finding.message.contains("bubbles"), "{finding:?}");
     // In the corner of the box.
     assert_eq!(
         listed(&summarise_findings(&with_inner(0.1, 0.8, false)).findings),
@@ -153,7 +153,7 @@ fn a_copy_over_a_listed_object() {
         assert_eq!((finding.count, finding.of), (1, 3));
         assert!(
             finding
-                .reason
+                .message
                 .starts_with("a copy of it is in the same place as object `listed`")
                 && finding.place.is_some_and(|[x, ..]| x.abs() < 1e-9),
             "{finding:?}"

@@ -47,11 +47,11 @@ fn flipped_triangles_of_one_sided_meshes() {
         ),
     ] {
         let finding = alone(&plain(change, "paint", side), code, severity);
-        assert!(finding.reason.contains(words), "{side}: {finding:?}");
+        assert!(finding.message.contains(words), "{side}: {finding:?}");
     }
     for side in ["outside", "culled"] {
         let finding = alone(&plain(back, "paint", side), code, Harmless);
-        assert!(!finding.reason.contains("both sides"), "{finding:?}");
+        assert!(!finding.message.contains("both sides"), "{finding:?}");
     }
 }
 
@@ -63,10 +63,10 @@ fn inverted_one_sided_meshes() {
     let of = |side: &str| plain(flip(0..12), "paint", side);
     for side in ["outside", "culled"] {
         let finding = alone(&of(side), code, PictureWrong);
-        assert!(finding.reason.contains("sees through"), "{finding:?}");
+        assert!(finding.message.contains("sees through"), "{finding:?}");
     }
     let finding = alone(&of("inside"), code, Harmless);
-    assert!(!finding.reason.contains("both sides"), "{finding:?}");
+    assert!(!finding.message.contains("both sides"), "{finding:?}");
     let within = |side: &str| with_pose(of(side), [0.0, 0.0, 0.3], [2.5, 0.0, -1.0]);
     expect_finding(&within("inside"), code, PictureWrong, &[]);
     let all = summarise_findings(&within("outside")).findings;
@@ -86,7 +86,7 @@ fn a_camera_behind_one_sided_walls() {
         );
         let finding = expect_finding(&cube, FaultKind::NothingSeen, PictureWrong, &[]);
         assert!(
-            finding.reason.contains("object `cube`")
+            finding.message.contains("object `cube`")
                 && finding.remedy.starts_with("set `side = \"both\"`"),
             "{finding:?}"
         );
@@ -110,7 +110,7 @@ fn a_camera_in_a_ball_on_a_plane() {
         with_pose(of, [0.0, 0.2, 0.0], [0.0, 1.5, -3.0])
     };
     let finding = alone(&of(1.0, "paint"), FaultKind::CameraInBody, PictureWrong);
-    assert!(finding.reason.contains("object `shell`"), "{finding:?}");
+    assert!(finding.message.contains("object `shell`"), "{finding:?}");
     assert_eq!(listed(&summarise_findings(&of(50.0, "lamp")).findings), []);
 }
 
@@ -173,7 +173,7 @@ fn a_camera_below_the_floor() {
         PictureWrong,
     );
     assert!(
-        finding.reason.contains("behind object `floor`"),
+        finding.message.contains("behind object `floor`"),
         "{finding:?}"
     );
     let finding = alone(
@@ -181,7 +181,7 @@ fn a_camera_below_the_floor() {
         FaultKind::NothingSeen,
         PictureWrong,
     );
-    assert!(finding.reason.contains("hides all other"), "{finding:?}");
+    assert!(finding.message.contains("hides all other"), "{finding:?}");
     for floor in [plane, slab] {
         let clean = of(floor, vec![above(), below()]);
         assert_eq!(listed(&summarise_findings(&clean).findings), []);
@@ -201,7 +201,7 @@ fn a_lens_in_a_wall() {
         with_pose(of, [0.0, 1.5, 6.0], [0.0, 0.0, 0.0])
     };
     let finding = alone(&of(0.3), FaultKind::CameraInBody, PictureWrong);
-    assert!(finding.reason.contains("its lens"), "{finding:?}");
+    assert!(finding.message.contains("its lens"), "{finding:?}");
     assert_eq!(listed(&summarise_findings(&of(0.05)).findings), []);
 }
 
@@ -216,7 +216,7 @@ fn a_camera_below_the_floor_that_sees_the_horizon() {
     let level = with_pose(of, [0.0, -3.0, 5.0], [0.0, -3.0, 0.0]);
     let finding = alone(&level, FaultKind::CameraInBody, PictureWrong);
     assert!(
-        finding.reason.contains("behind object `floor`"),
+        finding.message.contains("behind object `floor`"),
         "{finding:?}"
     );
     assert!(2 * finding.count <= finding.of, "{finding:?}");
@@ -238,7 +238,7 @@ fn a_camera_in_an_opaque_cell() {
     for of in [glass, lens] {
         let finding = alone(&of, FaultKind::CameraInBody, PictureWrong);
         assert!(
-            finding.reason.contains("inside object `cell`"),
+            finding.message.contains("inside object `cell`"),
             "{finding:?}"
         );
     }
@@ -257,7 +257,7 @@ fn a_rug_that_faces_away_is_not_lost() {
     let kind = FaultKind::CoplanarSurfaces;
     let hidden = alone(&of("inside"), kind, Harmless);
     assert!(
-        hidden.reason.contains("no ray of the cameras"),
+        hidden.message.contains("no ray of the cameras"),
         "{hidden:?}"
     );
     alone(&of("outside"), kind, PictureWrong);

@@ -55,9 +55,9 @@ fn a_vertex_far_out_is_named() {
         let finding = alone(&stray, FaultKind::StrayVertices, PictureWrong);
         assert_eq!((finding.count, finding.of), (6, 528), "{finding:?}");
         assert!(
-            finding.reason.contains("vertex 150 is far out")
+            finding.message.contains("vertex 150 is far out")
                 && finding
-                    .reason
+                    .message
                     .contains(&raywright_core::fault::format_decimal(far)),
             "{finding:?}"
         );

@@ -124,7 +124,7 @@ fn copies_of_glass_that_overlap() {
     };
     let finding = alone(&of(0.7), FaultKind::NestedGlass, PictureWrong);
     assert!(
-        finding.reason.contains("copies of this generator"),
+        finding.message.contains("copies of this generator"),
         "{finding:?}"
     );
     for step in [1.0, 1.1] {

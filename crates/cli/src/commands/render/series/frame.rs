@@ -198,7 +198,8 @@ impl<'a> PictureSeries<'a> {
         }
         let clock = &mut self.session.clock;
         (frame.seconds.write, frame.seconds.total) = (clock.lap(), clock.total_seconds());
-        let lost = messages::note_lost_samples(&frame.rendered.counters, &mut self.session.notes);
+        let lost = frame.rendered.counters.faults();
+        let lost = messages::note_faults(lost, &loaded.scene, &mut self.session.notes);
         loaded.warnings.extend(lost);
         if let Some(path) = &self.task.files.stats {
             let measured = (&frame.rendered, frame.noisy);

@@ -314,7 +314,7 @@ impl PictureSeries<'_> {
         if self.inputs.len() > 1 && is_first {
             self.session.notes.set_current_file(&loaded.source.name);
         }
-        self.session.notes.add_scene_warnings(&loaded);
+        self.session.notes.add_faults(&loaded.warnings);
         if self.task.is_single {
             self.choose_file_names(&loaded.inputs)?;
         }
