@@ -25,7 +25,7 @@ use crate::memory::can_allocate;
 use crate::observer::Observer;
 use crate::prepare::{self, PrepareError, PreparedScene};
 use crate::scene::{Camera, Integrator, Light, Scene, Sky};
-use crate::settings::{PrecisionChoice, Settings};
+use crate::settings::{PrecisionChoice, Settings, SkyChoice};
 use crate::studio::headlight;
 
 pub use memory_estimate::estimate_scene_memory;
@@ -77,6 +77,26 @@ pub fn prepare(
     Ok(ReadyScene {
         has_headlight: true,
         ..prepare_listed_lights(&lit_scene, settings, observer)?
+    })
+}
+
+/// Prepares a scene as [`prepare()`], but does not search for openings to the sky, so that a first
+/// preview does not wait for it. [`ReadyScene::complete`] does the rest.
+///
+/// # Errors
+/// See [`PrepareError`].
+pub fn prepare_for_previews(
+    scene: &Scene,
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Result<ReadyScene, PrepareError> {
+    let without_search = Settings {
+        sky_choice: SkyChoice::Power,
+        ..settings.clone()
+    };
+    Ok(ReadyScene {
+        settings: settings.clone(),
+        ..prepare(scene, &without_search, observer)?
     })
 }
 
@@ -193,6 +213,17 @@ impl ReadyScene {
             (self.settings, self.effects) = (settings, effects);
         }
         is_turned
+    }
+
+    /// Completes a scene of [`prepare_for_previews()`], which then equals one of [`prepare()`].
+    /// `scene` must be the prepared scene.
+    ///
+    /// # Errors
+    /// Cancellation; for a linear scan, those of [`prepare()`].
+    pub fn complete(&mut self, scene: &Scene, observer: &dyn Observer) -> Result<(), PrepareError> {
+        let setup = RenderSetup::new(scene, &self.settings);
+        let simulated = self.effects.simulated();
+        each!(&mut self.prepared, p => p.add_openings((&setup.scene, &setup.settings, simulated), observer))
     }
 
     /// Returns a lamp at the camera if surfaces enclose it, so that the light of a studio does not

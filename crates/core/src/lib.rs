@@ -142,6 +142,7 @@ pub mod validate;
 pub use affine::affine_from_steps;
 pub use dispatch::{
     ReadyScene, estimate_scene_memory, find_collapsed_objects, measure_scene_extent, prepare,
+    prepare_for_previews,
 };
 pub use lookup::SceneLookup;
 pub use memory::MemoryUse;

@@ -1,11 +1,17 @@
 //! `explain`: the simulated, absent and left-out effects of a scene, and the current rung (quality
 //! level) of each ladder.
 
+use std::time::Instant;
+
 use raywright_core::accuracy::{EffectCosts, measure_effects};
-use raywright_core::effects::{EffectAssessment, EffectReport, EffectStatus, assess_effects};
+use raywright_core::effects::{
+    Effect, EffectAssessment, EffectReport, EffectStatus, assess_effects,
+};
 use raywright_core::ladder::{CurrentRung, current_rungs};
-use raywright_core::{Observer, Settings};
-use raywright_io::report::effect_section;
+use raywright_core::scene::Sky;
+use raywright_core::settings::SkyChoice;
+use raywright_core::{Observer, Scene, Settings, prepare_for_previews};
+use raywright_io::report::{effect_section, format_duration};
 use raywright_io::{Limits, LoadedScene, SourceInfo};
 use serde::Serialize;
 
@@ -38,6 +44,11 @@ pub fn run(mut session: Session, args: &ExplainArgs) -> Result<(), Failure> {
         false => {
             format_effects(&loaded.source, report, verbosity == Verbosity::Verbose)
                 + &format_rungs(ladders)
+                + &found
+                    .openings
+                    .as_ref()
+                    .map(OpeningSearch::format)
+                    .unwrap_or_default()
                 + &costs
                     .map(|costs| effect_section(Some(&costs), report, false))
                     .map(|section| section.to_text(console::line_width()))
@@ -66,6 +77,50 @@ struct EffectSummary {
     settings: Settings,
     report: EffectReport,
     ladders: Vec<CurrentRung>,
+    openings: Option<OpeningSearch>,
+}
+
+/// Search for the openings through which the sky lights a path-traced scene.
+#[derive(Serialize)]
+struct OpeningSearch {
+    /// Cells in which the sky is sampled through openings; 0 if this is not called for.
+    cells: usize,
+    /// Seconds of the search.
+    #[serde(skip)]
+    seconds: f64,
+}
+
+impl OpeningSearch {
+    /// Searches a scene; `None` if its settings choose no sky by openings, or if it cannot be
+    /// prepared, which a render reports.
+    fn run(scene: &Scene, settings: &Settings, report: &EffectReport) -> Option<Self> {
+        let is_called_for = report.simulated().has(Effect::SkyLight)
+            && report.integrator == "path"
+            && settings.sky_choice == SkyChoice::Openings
+            && !matches!(scene.sky, Some(Sky::Studio(_)));
+        let settings = Settings {
+            max_memory: Some(Limits::default().memory_bytes),
+            ..settings.clone()
+        };
+        let mut ready = is_called_for
+            .then(|| prepare_for_previews(scene, &settings, &()).ok())
+            .flatten()?;
+        let began = Instant::now();
+        ready.complete(scene, &()).ok()?;
+        Some(Self {
+            cells: ready.table_sizes().openings,
+            seconds: began.elapsed().as_secs_f64(),
+        })
+    }
+
+    fn format(&self) -> String {
+        let took = format_duration(self.seconds);
+        let found = match self.cells {
+            0 => "not called for".to_owned(),
+            cells => format!("the sky is sampled through them in {cells} cells"),
+        };
+        format!("\nopenings: {found}; the search took {took}\n")
+    }
 }
 
 impl EffectSummary {
@@ -74,10 +129,12 @@ impl EffectSummary {
         RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
         let report = assess_effects(&loaded.scene, &settings);
         let ladders = current_rungs(&loaded.scene, &settings, &report);
+        let openings = OpeningSearch::run(&loaded.scene, &settings, &report);
         Ok(Self {
             settings,
             report,
             ladders,
+            openings,
         })
     }
 }
@@ -108,6 +165,9 @@ struct ExplainReport<'a> {
     #[serde(flatten)]
     report: &'a EffectReport,
     ladders: &'a [CurrentRung],
+    /// Search for openings, where the sky lights the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    openings: Option<&'a OpeningSearch>,
     /// Costs of the effects, where `--measure` requests them.
     #[serde(skip_serializing_if = "Option::is_none")]
     costs: Option<&'a EffectCosts>,
@@ -116,7 +176,10 @@ struct ExplainReport<'a> {
 fn format_json(
     loaded: &LoadedScene,
     EffectSummary {
-        report, ladders, ..
+        report,
+        ladders,
+        openings,
+        ..
     }: &EffectSummary,
     costs: Option<&EffectCosts>,
 ) -> String {
@@ -126,6 +189,7 @@ fn format_json(
         scene_hash: loaded.hash.to_string(),
         report,
         ladders,
+        openings: openings.as_ref(),
         costs,
     })
 }

@@ -80,7 +80,7 @@ ladders! {
         "lights" { LightSampling::Lights } "each vertex samples one light: noise where surfaces are glossy and lights large"
         "both" { LightSampling::Both } "scattering and light sampling, weighted by their densities (multiple importance sampling)"
     /// Choice of the sky's directions that path tracing samples.
-    SkyChoice = "sky-choice", "power", SkyChoice;
+    SkyChoice = "sky-choice", "openings", SkyChoice;
         "power" { SkyChoice::Power } "by the sky's radiance: noise in rooms that a window lights"
         "openings" { SkyChoice::Openings } "by the light that reaches each part of the scene, where walls hide most of the sky"
     /// Reflection formulas of path tracing.

@@ -9,7 +9,7 @@ use crate::effects::{EffectSet, chosen_integrator};
 use crate::lookup::SceneLookup;
 use crate::observer::Observer;
 use crate::scene::{Integrator, Scene};
-use crate::settings::{LightSampling, Settings, SkyChoice};
+use crate::settings::Settings;
 use crate::storage_origin::StorageOrigin;
 
 /// The common input of all steps of a preparation.
@@ -49,12 +49,6 @@ impl<'a> PrepareContext<'a> {
             is_path_tracing: chosen_integrator(scene, settings) == Integrator::Path,
             observer,
         }
-    }
-
-    /// Whether the sky is sampled where it can be seen from.
-    pub fn chooses_sky_by_openings(&self) -> bool {
-        self.settings.sky_choice == SkyChoice::Openings
-            && self.settings.light_sampling != LightSampling::Scattering
     }
 
     /// Returns which emissive materials make their objects area lights.

@@ -25,7 +25,7 @@ mod unresolved_gaps;
 
 use std::collections::BTreeMap;
 
-use raywright_bvh::Real;
+use raywright_bvh::{AcceleratorKind, Real};
 
 use crate::camera::PreparedCamera;
 use crate::effects::EffectSet;
@@ -35,7 +35,7 @@ use crate::lookup::SceneLookup;
 use crate::motion::{camera_with_simulated_motion, scene_with_simulated_motion};
 use crate::observer::Observer;
 use crate::scene::{self, Scene, Sky, Studio};
-use crate::settings::Settings;
+use crate::settings::{LightSampling, Settings, SkyChoice};
 use crate::storage_origin::camera_relative_to;
 
 pub(crate) use collapsed_shapes::find_collapsed_objects;
@@ -133,12 +133,44 @@ impl<R: Real> PreparedScene<R> {
         let mut prepared = Self::from_parts(&context, parts);
         if let Some(studio) = &studio {
             prepared.add_studio(studio, &view, settings, simulated);
-        } else if context.chooses_sky_by_openings() && prepared.lights.sky_sampler().is_some() {
-            check_cancelled(observer)?;
-            let openings = prepared.find_openings();
-            prepared.lights.set_openings(openings);
         }
+        prepared.add_openings((scene, settings, simulated), observer)?;
         Ok(prepared)
+    }
+
+    /// Adds the table of the scene's openings if the settings choose the sky's directions by it.
+    /// Nothing is searched twice.
+    ///
+    /// # Errors
+    /// Cancellation, and those of [`Self::new`] for a linear scan, whose search prepares the scene
+    /// with a tree: a scan would take hours for the rays of a second. The hits are the same.
+    pub(crate) fn add_openings(
+        &mut self,
+        (scene, settings, simulated): (&Scene, &Settings, EffectSet),
+        observer: &dyn Observer,
+    ) -> Result<(), PrepareError> {
+        if settings.sky_choice != SkyChoice::Openings
+            || settings.light_sampling == LightSampling::Scattering
+            || self.lights.sky_sampler().is_none()
+            || self.lights.openings().is_some()
+            || scene_studio(scene).is_some()
+        {
+            return Ok(());
+        }
+        check_cancelled(observer)?;
+        let openings = if settings.accelerator == AcceleratorKind::Linear {
+            let accelerator = AcceleratorKind::default();
+            let settings = Settings {
+                accelerator,
+                ..settings.clone()
+            };
+            let with_tree = Self::new(scene, &settings, simulated, observer)?;
+            with_tree.lights.openings().cloned()
+        } else {
+            self.find_openings()
+        };
+        self.lights.set_openings(openings);
+        Ok(())
     }
 
     /// Switches the prepared scene to another camera that needs the same effects; only data that

@@ -4,7 +4,7 @@
 //! All random numbers come from a fixed generator: the table depends on the scene alone, not on
 //! camera, seed, threads, tiles or parts of a picture.
 
-use core::f64::consts::TAU;
+use core::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,9 +17,10 @@ use crate::interaction::Interaction;
 use crate::light::{BINS, CellGrid, LightId, Openings, ShadowRayTarget, SkyBins, smooth_bins};
 
 /// Walks that look whether the scene has openings at all, and directions that each of their
-/// vertices looks into.
+/// vertices looks into: by the cosine, and by the sky's own density.
 const PROBE_WALKS: u64 = 256;
 const PROBE_DIRECTIONS: u64 = 8;
+const PROBE_SKY_DIRECTIONS: u64 = 2;
 /// Walks that find the cells of a scene with openings.
 const WALKS: u64 = 4096;
 /// Greatest number of vertices of a walk.
@@ -41,6 +42,9 @@ const LEAST_SHARE: f64 = 0.25;
 /// floor have three in ten.
 const OPEN: f64 = 0.5;
 const LEAST_HIDDEN: f64 = 0.5;
+/// Times that all other lights must outshine the sky, by the rough measure of the probe, for the
+/// search to end with it.
+const OUTSHINES: f64 = 4.0;
 /// Greatest number of cells with a table, two kilobytes each.
 const MOST_CELLS: usize = 2048;
 
@@ -106,7 +110,7 @@ impl<R: Real> PreparedScene<R> {
     /// Returns the table of the scene's openings; `None` if it has none.
     pub(super) fn find_openings(&self) -> Option<Openings> {
         let grid = CellGrid::new(&self.geometry.bounded_primitives_box())?;
-        if !self.has_hidden_sky() {
+        if !self.needs_search_for_openings() {
             return None;
         }
         let sky = SkyBins::new(&self.lights.sky);
@@ -137,38 +141,73 @@ impl<R: Real> PreparedScene<R> {
         Some(Openings::new(grid, sky, &tables))
     }
 
-    /// Whether all other lights give the cells more light than the sky: their noise decides. Their
-    /// light is taken as even over the scene.
+    /// Whether all other lights give the cells more light than the sky: their noise decides.
     fn lamps_outshine(&self, cells: &[(usize, Vec<f64>)]) -> bool {
-        let power = |is_sky: bool| {
-            let lights = self.lights.light_ids();
-            lights
-                .filter(|&light| (light == LightId::Sky) == is_sky)
-                .map(|light| self.lights.power(light))
-                .sum::<f64>()
-        };
         let arriving: f64 = cells.iter().flat_map(|(_, light)| light).sum();
         // The neighbouring bins and cells have added about as much again, twice.
-        power(false) > power(true) * 0.25 * arriving / cells.len() as f64
+        let [sky, lamps] = self.light_power();
+        lamps > sky * 0.25 * arriving / cells.len() as f64
     }
 
-    /// Whether most of the sky is hidden from a share of the surfaces that see it, by a few walks.
-    fn has_hidden_sky(&self) -> bool {
-        let share = |(walk, vertex): (u64, Vertex<R>)| {
-            let sees = |k: u64| {
-                let number = |i: u64| random_number(walk, 1000 + 2 * k + i);
-                let direction = cosine_direction(vertex.normal, [number(0), number(1)]);
-                self.sky_transmittance(&vertex.surface, direction)
-            };
-            (0..PROBE_DIRECTIONS).map(sees).sum::<f64>() / PROBE_DIRECTIONS as f64
-        };
+    /// Returns the power of the sky and that of all other lights, whose light is taken as even over
+    /// the scene.
+    fn light_power(&self) -> [f64; 2] {
+        let (mut sky, mut lamps) = (0.0, 0.0);
+        for light in self.lights.light_ids() {
+            let is_sky = light == LightId::Sky;
+            *(if is_sky { &mut sky } else { &mut lamps }) += self.lights.power(light);
+        }
+        [sky, lamps]
+    }
+
+    /// Whether most of the sky is hidden from half of the surfaces that see it, and the other lights
+    /// do not clearly outshine what is left of it, by a few walks.
+    fn needs_search_for_openings(&self) -> bool {
         let walks = (0..PROBE_WALKS).into_par_iter().flat_map_iter(|walk| {
             let vertices = self.walk_through_scene(walk);
             vertices.into_iter().map(move |vertex| (walk, vertex))
         });
-        let shares: Vec<f64> = walks.map(share).filter(|share| *share > 0.0).collect();
-        let hidden = shares.iter().filter(|share| **share < OPEN).count();
-        hidden as f64 > LEAST_HIDDEN * shares.len() as f64
+        let found: Vec<[f64; 2]> = walks
+            .map(|(walk, vertex)| self.probe_sky(walk, &vertex))
+            .collect();
+        let seeing = found.iter().filter(|[share, _]| *share > 0.0);
+        let hidden = seeing.clone().filter(|[share, _]| *share < OPEN).count();
+        let arriving = found.iter().map(|[_, light]| light).sum::<f64>() / found.len() as f64;
+        let [sky, lamps] = self.light_power();
+        hidden as f64 > LEAST_HIDDEN * seeing.count() as f64 && lamps <= OUTSHINES * sky * arriving
+    }
+
+    /// Returns the share of the sky's directions that a vertex sees, and the irradiance that arrives
+    /// from them over the sky's flux: the sum of two estimates, as each misses a part of some skies.
+    fn probe_sky(&self, walk: u64, vertex: &Vertex<R>) -> [f64; 2] {
+        let (Vertex { surface, normal }, sky) = (vertex, &self.lights.sky);
+        let Some(sampler) = self.lights.sky_sampler() else {
+            return [0.0; 2];
+        };
+        let numbers = |k: u64| [0, 1].map(|i| random_number(walk, 1000 + 2 * k + i));
+        let radiance = |direction: R::Vec3| {
+            let found = sky.radiance(R::Vec3::ZERO, direction);
+            found.to_f64().element_sum() / sampler.flux()
+        };
+        let (mut share, mut light) = (0.0, 0.0);
+        for k in 0..PROBE_DIRECTIONS {
+            let direction = cosine_direction(*normal, numbers(k));
+            let seen = self.sky_transmittance(surface, direction) / PROBE_DIRECTIONS as f64;
+            share += seen;
+            light += PI * seen * radiance(R::Vec3::from_f64(direction));
+        }
+        for k in 0..PROBE_SKY_DIRECTIONS {
+            let position = numbers(PROBE_DIRECTIONS + k).map(|number| number as f32);
+            let direction = sampler.sample_direction::<R>(position);
+            let density = sampler.density::<R>(direction, sky.image_coordinates(direction));
+            let cosine = direction.to_f64().dot(*normal);
+            if cosine > 0.0 && density > 0.0 {
+                let seen = self.sky_transmittance(surface, direction.to_f64());
+                light +=
+                    cosine * seen * radiance(direction) / (density * PROBE_SKY_DIRECTIONS as f64);
+            }
+        }
+        [share, light]
     }
 
     /// Returns the first points of each cell that walks reach, in the order of the cells.

@@ -35,10 +35,10 @@ pub enum LightSampling {
 #[doc(alias("portal", "light portal"))]
 pub enum SkyChoice {
     /// By the sky's radiance.
-    #[default]
     Power,
     /// By the light that reaches each part of the scene, where walls hide most of the sky. It is
     /// found before the first sample, by a million rays.
+    #[default]
     Openings,
 }
 

@@ -10,7 +10,7 @@ use std::time::SystemTime;
 use raywright_core::framing::Silhouette;
 use raywright_core::ladder::RungChoice;
 use raywright_core::settings::Settings;
-use raywright_core::{ReadyScene, measure_scene_extent};
+use raywright_core::{Observer, ReadyScene, measure_scene_extent, prepare_for_previews};
 use raywright_io::{LoadOptions, LoadedScene};
 
 use crate::commands::render::picture::refuse_file_flags;
@@ -18,7 +18,7 @@ use crate::early_stage::EarlyStageGuard;
 use crate::failure::Failure;
 use crate::observer::RunObserver;
 use crate::plan::{ChosenExposure, PicturePlan, RenderTask, choose_exposure};
-use crate::preparation::prepare_loaded;
+use crate::preparation::prepare_failure;
 use crate::scene_input;
 
 /// Work that a request of the page required.
@@ -39,6 +39,8 @@ pub struct ViewedScene {
     pub loaded: LoadedScene,
     /// The scene, prepared for the current settings.
     pub ready: ReadyScene,
+    /// Whether the scene is prepared for more than previews.
+    is_complete: bool,
     pub plan: PicturePlan,
     /// Exposure chosen for the scene, which stays while only the camera moves.
     exposure: ChosenExposure,
@@ -66,7 +68,11 @@ impl ViewedScene {
             return Err(failure);
         }
         let silhouette = OnceCell::new();
-        let (plan, ready, exposure) = task.prepare_first_job(&mut loaded, &silhouette, watch)?;
+        let mut plan = task.resolve_job(&mut loaded.scene, &task.jobs[0], &silhouette)?;
+        let mut ready = prepare_loaded_for_previews(&loaded, &plan, watch)?;
+        let requested = (plan.display, plan.requested_exposure);
+        let exposure = choose_exposure(&loaded, &ready, requested, watch);
+        plan.apply_exposure(exposure, &mut ready);
         let bounds = measure_scene_extent(&loaded.scene, plan.settings.precision).bounds;
         let reach = if bounds.is_empty() {
             ([0.0; 3], 1.0)
@@ -76,6 +82,7 @@ impl ViewedScene {
         Ok(Self {
             loaded,
             ready,
+            is_complete: false,
             plan,
             exposure,
             task,
@@ -113,7 +120,8 @@ impl ViewedScene {
             _ => {
                 let _beginning =
                     EarlyStageGuard::start(name, task.options.limits.memory_bytes, None)?;
-                self.ready = prepare_loaded(&self.loaded, &plan.settings, watch)?;
+                self.ready = prepare_loaded_for_previews(&self.loaded, &plan, watch)?;
+                self.is_complete = false;
                 SceneChange::Preparation
             }
         };
@@ -124,6 +132,15 @@ impl ViewedScene {
         plan.apply_exposure(self.exposure, &mut self.ready);
         (self.plan, self.task) = (plan, task);
         Ok(change)
+    }
+
+    /// Completes the preparation for the samples of the picture, once previews are shown. Returns
+    /// false if a newer request ended it.
+    pub fn complete_preparation(&mut self, watch: &dyn Observer) -> bool {
+        if !self.is_complete {
+            self.is_complete = self.ready.complete(&self.loaded.scene, watch).is_ok();
+        }
+        self.is_complete
     }
 
     /// Returns the load options of the scene.
@@ -146,6 +163,15 @@ impl ViewedScene {
             .map(|path| stamp_of(path.to_owned()))
             .collect()
     }
+}
+
+fn prepare_loaded_for_previews(
+    loaded: &LoadedScene,
+    plan: &PicturePlan,
+    watch: &RunObserver<'_>,
+) -> Result<ReadyScene, Failure> {
+    prepare_for_previews(&loaded.scene, &plan.settings, watch)
+        .map_err(|error| prepare_failure(&loaded.source, error))
 }
 
 /// Modification time and length of each file; `None` for a missing file.

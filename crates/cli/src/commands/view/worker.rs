@@ -220,14 +220,15 @@ impl ViewWorker {
     /// picture is finished.
     fn continue_render(&mut self) -> bool {
         let layers: Vec<Aov> = self.shown_layer().into_iter().collect();
-        let (Some(subject), Some(mut render)) = (&self.viewed_scene, self.render.take()) else {
+        let (Some(subject), Some(mut render)) = (&mut self.viewed_scene, self.render.take()) else {
             return false;
         };
-        let (ready, session) = (&subject.ready, &self.session);
-        let watch = self.request_observer();
+        let session = &self.session;
+        let request = Some(self.view_request.0);
+        let observer = || RequestObserver::new(&self.shared, session.observer(), request);
         // Finer previews come before the first samples of the render.
         if let Some((sketch, edge)) =
-            session.run(|| render.render_next_preview(ready, &layers, &watch))
+            session.run(|| render.render_next_preview(&subject.ready, &layers, &observer()))
         {
             self.render = Some(render);
             let frame = self.encode_frame(&sketch, edge);
@@ -238,8 +239,12 @@ impl ViewWorker {
             self.render = Some(render);
             return false;
         }
-        let watch = self.request_observer();
-        let is_new = session.run(|| render.render_slice(ready, watch));
+        // Only a newer request ends the search for openings.
+        if !session.run(|| subject.complete_preparation(&observer())) {
+            self.render = Some(render);
+            return true;
+        }
+        let is_new = session.run(|| render.render_slice(&subject.ready, observer()));
         let rendered = render.rendered.take();
         self.render = Some(render);
         match rendered {

@@ -1,10 +1,11 @@
+use raywright_bvh::AcceleratorKind;
 use serde_json::{Value, json};
 
 use crate::metrics::picture_errors;
 use crate::picture::Picture;
 use crate::scene::{Integrator, Scene};
 use crate::settings::{PrecisionChoice, Sampling, Settings, SkyChoice};
-use crate::{ReadyScene, prepare};
+use crate::{ReadyScene, prepare, prepare_for_previews};
 
 fn slab(min: [f64; 3], max: [f64; 3]) -> Value {
     json!({ "shape": { "box": { "min": min, "max": max } }, "material": "wall" })
@@ -29,7 +30,8 @@ fn room(front: &[Value]) -> Scene {
             { "direction": [-0.5, 0.7, 0.8], "colour": 1, "weight": 20, "exponent": 400 }] } },
         "materials": [{ "name": "wall", "model": { "physical": { "base_colour": 0.7, "roughness": 1 } } },
             { "name": "pane", "model": { "physical": { "transmission": 1, "roughness": 0, "ior": 1.5,
-                "thin_walled": true } } }],
+                "thin_walled": true } } },
+            { "name": "lamp", "model": { "physical": { "base_colour": 0, "emission": 300 } } }],
         "objects": objects,
     }))
     .unwrap_or_else(|e| panic!("{e}"))
@@ -64,8 +66,9 @@ fn cells(scene: &Scene) -> usize {
     ready(scene, &settings(scene, 1)).table_sizes().openings
 }
 
-/// Protects: a table is made for a room with a window, also with a pane in it and in f64. It is
-/// absent in an open room, in a closed one, without a sky, and where the choice is by power.
+/// Protects: a table is made for a room with a window, also with a pane in it, in f64 and by a scan,
+/// and once previews are shown. It is absent in an open room, in a closed one, under a bright lamp,
+/// without a sky, and where the choice is by power.
 #[test]
 fn tables_are_made_where_walls_hide_the_sky() {
     let windowed = room(&window());
@@ -82,12 +85,25 @@ fn tables_are_made_where_walls_hide_the_sky() {
         ready(&windowed, &settings).table_sizes().openings
     };
     assert!(of(|s| s.precision = PrecisionChoice::Reference) > 100);
+    assert_eq!(
+        of(|s| s.accelerator = AcceleratorKind::Linear),
+        cells(&windowed)
+    );
     assert_eq!(of(|s| s.sky_choice = SkyChoice::Power), 0);
     assert_eq!(of(|s| s.integrator = Integrator::Whitted), 0);
     assert_eq!(cells(&room(&[slab([-3.2, 0.0, 3.0], [3.2, 3.0, 3.2])])), 0);
     let mut field = room(&[]);
     field.objects.truncate(1);
     assert_eq!(cells(&field), 0);
+    let mut lit = window();
+    lit.push(json!({ "shape": { "sphere": { "centre": [0, 2, 0], "radius": 0.2 } }, "material": "lamp" }));
+    assert_eq!(cells(&room(&lit)), 0);
+    let settings = settings(&windowed, 1);
+    let mut preview = prepare_for_previews(&windowed, &settings, &()).expect("a scene");
+    assert_eq!(preview.table_sizes().openings, 0);
+    preview.complete(&windowed, &()).expect("a scene");
+    assert_eq!(preview.table_sizes().openings, cells(&windowed));
+    assert!(preview.render(&()).picture.rgb == ready(&windowed, &settings).render(&()).picture.rgb);
     let mut dark = windowed.clone();
     dark.sky = None;
     assert_eq!(cells(&dark), 0);
