@@ -207,12 +207,9 @@ impl ReadyScene {
         {
             return false;
         }
-        let is_turned =
-            each!(&mut self.prepared, p => p.set_camera(scene, &prepared, camera, simulated));
-        if is_turned {
-            (self.settings, self.effects) = (settings, effects);
-        }
-        is_turned
+        each!(&mut self.prepared, p => p.set_camera(scene, &prepared, camera, simulated));
+        (self.settings, self.effects) = (settings, effects);
+        true
     }
 
     /// Completes a scene of [`prepare_for_previews()`], which then equals one of [`prepare()`].

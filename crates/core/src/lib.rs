@@ -128,6 +128,7 @@ pub mod sampler;
 pub mod scene;
 pub mod settings;
 mod shape;
+pub mod sky_picture;
 #[cfg(feature = "measure")]
 pub mod stability;
 mod storage_origin;

@@ -1,78 +1,27 @@
 //! Lights of the default studio, which stand relative to a camera.
 //!
-//! Key, fill and rim light are lobes of radiance around distant directions, added to a gradient.
-//! This sky is sampled in closed form, so its soft light costs little noise. The lights follow the
-//! camera's azimuth, as a photographer keeps the lights in place while the model turns. So every
-//! side of a model is seen in the same light. The elevations of the lights are fixed in the world.
+//! The lights are the picture [`SkyPicture::Studio`]. It follows the camera's azimuth, as a
+//! photographer keeps the lights in place while the model turns. So every side of a model is seen
+//! in the same light. The elevations of the lights are fixed in the world.
 
 use core::f64::consts::TAU;
 
 use glam::DVec3;
+use raywright_bvh::Real;
 
-use crate::camera::{direction_from_angles, eye_and_axes};
+use crate::camera::eye_and_axes;
+use crate::light::SkyRadiance;
 use crate::motion::{pose_at, shutter_opening};
-use crate::scene::{Camera, Colour, Falloff, Light, LightKind, Pose, Sky, Studio, Sun};
+use crate::scene::{Camera, Colour, Falloff, Light, LightKind, Pose, Studio};
+use crate::sky_picture::SkyPicture;
 
-/// Radiance of the gradient straight down.
-const BELOW: f64 = 0.15;
-/// Radiance of the gradient straight up.
-const ABOVE: f64 = 0.45;
-
-/// A soft light of the studio: a lobe of radiance around a direction.
-struct SoftLight {
-    /// Azimuth of the light in degrees, to the right of the camera as seen from the model.
-    azimuth: f64,
-    /// Elevation of the light above the horizon, in degrees.
-    elevation: f64,
-    /// Radiance in the middle of the lobe.
-    radiance: f64,
-    /// Exponent of the cosine of the angle to the light's direction. A greater exponent gives a
-    /// narrower lobe.
-    exponent: u32,
-}
-
-/// Key, fill and rim light. A surface that faces a light has the irradiance 2π/(exponent + 2) times
-/// the light's radiance.
-const LIGHTS: [SoftLight; 3] = [
-    SoftLight {
-        azimuth: -40.0,
-        elevation: 45.0,
-        radiance: 3.8,
-        exponent: 12,
-    },
-    SoftLight {
-        azimuth: 60.0,
-        elevation: 15.0,
-        radiance: 0.4,
-        exponent: 4,
-    },
-    SoftLight {
-        azimuth: 155.0,
-        elevation: 35.0,
-        radiance: 5.0,
-        exponent: 30,
-    },
-];
-
-/// Returns the sky with the studio's lights, placed relative to a camera.
-pub(crate) fn studio_sky(studio: &Studio, camera: &Camera) -> Sky {
-    let turn = camera_azimuth(camera) - studio.rotation.to_radians();
-    let suns = LIGHTS.iter().map(|light| Sun {
-        direction: direction_from_angles(
-            turn + light.azimuth.to_radians(),
-            light.elevation.to_radians(),
-        )
-        .to_array(),
-        colour: Colour::WHITE,
-        weight: light.radiance * studio.strength,
-        exponent: light.exponent,
-    });
-    let grey = |radiance: f64| Colour([radiance * studio.strength; 3]);
-    Sky::Gradient {
-        bottom: grey(BELOW),
-        top: grey(ABOVE),
-        suns: suns.collect(),
+/// Returns the sky of a studio: its picture, turned to a camera. Black if its light is off.
+pub(crate) fn studio_sky<R: Real>(studio: &Studio, camera: &Camera) -> SkyRadiance<R> {
+    if studio.strength == 0.0 {
+        return SkyRadiance::BLACK;
     }
+    let turn = studio.rotation.to_radians() - camera_azimuth(camera);
+    SkyRadiance::from_picture(SkyPicture::Studio.image(), turn / TAU, studio.strength)
 }
 
 /// Radiant intensity of the headlight, without falloff: a white surface that faces it has a radiance

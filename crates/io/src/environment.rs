@@ -1,5 +1,5 @@
-//! Environment of a scene: the scene's own sky, no sky, the neutral sky, the default studio or a
-//! picture file; and the light that is added to a scene without light.
+//! Environment of a scene: the scene's own sky, no sky, the neutral sky, the default studio, a sky
+//! by formula or a picture file; and the light that is added to a scene without light.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,7 +8,8 @@ use glam::{DQuat, DVec3};
 use raywright_core::Scene;
 use raywright_core::effects::{are_objects_lit_by_lights, emits_light, neutral_sky};
 use raywright_core::fault;
-use raywright_core::scene::{Colour, Image, Sky, SkyMap, Studio};
+use raywright_core::scene::{Colour, Image, ImageData, Sky, SkyMap, Studio};
+use raywright_core::sky_picture::SkyPicture;
 
 use crate::error::Error;
 use crate::folder::{Folder, read_picture_file};
@@ -44,6 +45,8 @@ pub enum EnvironmentSource {
     Default,
     /// The default studio, which also replaces the scene's lights.
     Studio,
+    /// A sky by formula.
+    Picture(SkyPicture),
     /// An equirectangular picture: HDR, EXR, PNG or JPEG.
     File(PathBuf),
 }
@@ -92,6 +95,9 @@ pub(crate) fn apply_environment(
         Some(EnvironmentSource::Studio) => {
             scene.sky = Some(studio());
             scene.lights.clear();
+        }
+        Some(EnvironmentSource::Picture(picture)) => {
+            set_sky_picture(scene, String::new(), picture.image(), 0)
         }
         Some(EnvironmentSource::File(path)) => {
             load_sky_picture(scene, path, folder, limits, warnings)?
@@ -200,22 +206,28 @@ fn load_sky_picture(
             .into_iter()
             .map(|remark| remark_kind(repaired).in_file(path.display(), remark)),
     );
+    let path = path.display().to_string();
+    set_sky_picture(scene, path, Arc::new(image), repaired);
+    Ok(())
+}
+
+/// Replaces the scene's sky by an equirectangular picture. `path` is its file, empty without one.
+fn set_sky_picture(scene: &mut Scene, path: String, picture: Arc<ImageData>, mended: u64) {
     let mut name = "environment".to_owned();
     while scene.images.iter().any(|image| image.name == name) {
         name.push('\'');
     }
     scene.images.push(Image {
         name: name.clone(),
-        path: path.display().to_string(),
-        data: Some(Arc::new(image)),
-        mended: repaired,
+        path,
+        data: Some(picture),
+        mended,
     });
     scene.sky = Some(Sky::Map(SkyMap {
         image: name,
         rotation: 0.0,
         strength: 1.0,
     }));
-    Ok(())
 }
 
 /// Adds a rotation about +y to a sky. A sky given by an expression is refused.

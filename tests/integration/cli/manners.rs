@@ -233,8 +233,9 @@ fn messages_are_in_the_readers_words() {
     says("render --spp lots", 2, &samples("lots"));
     says("render --spp -3", 2, &samples("-3"));
     let environment = |value: &str, cause: &str| {
-        let label =
-            format!("error: invalid value '{value}' for '--env <none|default|FILE>': {cause}");
+        let label = format!(
+            "error: invalid value '{value}' for '--env <none|default|studio|outdoor|FILE>': {cause}"
+        );
         says(
             &format!("render --env {value}"),
             2,
@@ -242,12 +243,8 @@ fn messages_are_in_the_readers_words() {
         );
     };
     environment(
-        "studio",
-        "the studio is no environment; use --studio in place of --env",
-    );
-    environment(
         "noen",
-        "expected `none`, `default` or the file of an equirectangular picture (.hdr, .exr, .png, .jpg)",
+        "expected `none`, `default`, `studio`, `outdoor` or the file of an equirectangular picture (.hdr, .exr, .png, .jpg)",
     );
 }
 

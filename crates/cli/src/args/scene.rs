@@ -49,16 +49,16 @@ pub struct SceneArgs {
     #[arg(long, value_name = "clay", value_parser = values::parse_material)]
     pub material: Option<values::MaterialChoice>,
 
-    /// Cut models: x=0.3 keeps the side below 0.3 along x, -x=0.3 the side above, in units of the
-    /// file after its up axis is turned to y. x=30% is measured in percent of the box around the
-    /// model. Closed meshes get a cap of their own material, grey where images colour that
-    /// material; shapes that are no meshes stay whole
+    /// Cut models: x=0.3 keeps the side below 0.3 along x, -x=0.3 the side above, in axes and units
+    /// of the file, as `raywright info` states them. x=30% is measured in percent of the box around
+    /// the model. Closed meshes get a hatched cap; shapes that are no meshes stay whole
     #[arg(long, value_name = "AXIS=VALUE", value_parser = <SectionPlane as std::str::FromStr>::from_str, allow_hyphen_values = true)]
     pub section: Option<SectionPlane>,
 
     /// Environment in place of the scene's own: none, default (the neutral grey sky of scenes
-    /// without light), or an equirectangular picture (.hdr, .exr, .png, .jpg)
-    #[arg(long, value_name = "none|default|FILE", value_parser = values::environment_parser())]
+    /// without light), studio (a room with soft boxes) or outdoor (a blue sky with a sun), which
+    /// are also seen behind the scene, or an equirectangular picture (.hdr, .exr, .png, .jpg)
+    #[arg(long, value_name = "none|default|studio|outdoor|FILE", value_parser = values::environment_parser())]
     pub env: Option<EnvironmentSource>,
 
     /// Light the scene by the default studio in place of its own lights and sky. A model without

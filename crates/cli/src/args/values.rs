@@ -16,6 +16,7 @@ use raywright_core::fault::FaultKind;
 use raywright_core::framing::ViewAngles;
 use raywright_core::scene::{AspectFit, Studio, TransferCurve};
 use raywright_core::settings::Crop;
+use raywright_core::sky_picture::SkyPicture;
 use raywright_core::suggest::most_similar_word;
 use raywright_io::{EnvironmentSource, GroundRule, UpAxis, parse_colour};
 
@@ -427,17 +428,16 @@ pub fn parse_up_direction(text: &str) -> Result<UpDirection, String> {
     expect(axis.or_else(direction), form)
 }
 
-/// Returns a clap parser of environments: `none`, `default`, or a file with any other name.
+/// Returns a clap parser of environments: a word, or a file with any other name.
 pub fn environment_parser() -> impl TypedValueParser<Value = EnvironmentSource> {
     OsStringValueParser::new().try_map(|text| match text.to_str() {
         Some("none") => Ok(EnvironmentSource::None),
         Some("default") => Ok(EnvironmentSource::Default),
-        Some("studio") if !Path::new(&text).exists() => {
-            Err("the studio is no environment; use --studio in place of --env")
-        }
+        Some("studio") => Ok(EnvironmentSource::Picture(SkyPicture::Studio)),
+        Some("outdoor") => Ok(EnvironmentSource::Picture(SkyPicture::Outdoor)),
         // A word without dot and slash that is no existing file is probably a misspelled name.
         Some(word) if !word.contains(['.', '/']) && !Path::new(&text).exists() => {
-            Err("expected `none`, `default` or the file of an equirectangular picture (.hdr, .exr, .png, .jpg)")
+            Err("expected `none`, `default`, `studio`, `outdoor` or the file of an equirectangular picture (.hdr, .exr, .png, .jpg)")
         }
         _ => Ok(EnvironmentSource::File(PathBuf::from(text))),
     })

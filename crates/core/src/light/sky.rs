@@ -91,7 +91,7 @@ pub(crate) fn prepare_sky_radiance<R: Real>(
                 path: "sky.expression".to_owned(),
             });
         }
-        // Studio lights stand around a camera: preparation replaces them by a gradient sky.
+        // Studio lights stand around a camera: preparation replaces them by a picture.
         Some(SkyData::Studio(_)) => SkyKind::Black,
         Some(SkyData::Map(map)) => {
             let image = lookup.image(&map.image);
@@ -101,11 +101,14 @@ pub(crate) fn prepare_sky_radiance<R: Real>(
                 name: map.image.clone(),
             };
             match &image.ok_or_else(missing)?.data {
-                Some(image) => SkyKind::Map(EquirectMap::new(
-                    Arc::clone(image),
-                    R::from_f64(map.rotation / 360.0),
-                    R::from_f64(map.strength),
-                )),
+                Some(image) => {
+                    let turn = map.rotation / 360.0;
+                    return Ok(SkyRadiance::from_picture(
+                        Arc::clone(image),
+                        turn,
+                        map.strength,
+                    ));
+                }
                 None => SkyKind::Black,
             }
         }
@@ -114,6 +117,20 @@ pub(crate) fn prepare_sky_radiance<R: Real>(
 }
 
 impl<R: Real> SkyRadiance<R> {
+    /// A sky without light.
+    pub(crate) const BLACK: Self = Self {
+        kind: SkyKind::Black,
+    };
+
+    /// Creates the sky of an equirectangular picture. `turn` is its rotation about +y in
+    /// revolutions, `strength` a factor on its radiance.
+    pub(crate) fn from_picture(image: Arc<ImageData>, turn: f64, strength: f64) -> Self {
+        let map = EquirectMap::new(image, R::from_f64(turn), R::from_f64(strength));
+        Self {
+            kind: SkyKind::Map(map),
+        }
+    }
+
     /// Whether the sky is black.
     pub fn is_black(&self) -> bool {
         matches!(self.kind, SkyKind::Black)

@@ -37,6 +37,7 @@ use crate::observer::Observer;
 use crate::scene::{self, Scene, Sky, Studio};
 use crate::settings::{LightSampling, Settings, SkyChoice};
 use crate::storage_origin::camera_relative_to;
+use crate::studio::studio_sky;
 
 pub(crate) use collapsed_shapes::find_collapsed_objects;
 use context::PrepareContext;
@@ -108,15 +109,14 @@ impl<R: Real> PreparedScene<R> {
         let camera = camera_with_simulated_motion(camera, simulated);
         let view = camera_relative_to(context.origin.origin, &camera);
         let studio = scene_studio(context.scene);
-        let studio_sky = studio.map(|studio| crate::studio::studio_sky(&studio, &view));
-        let sky = prepare_sky::<R>(
-            (
-                studio_sky.as_ref().or(context.scene.sky.as_ref()),
-                context.origin.origin,
-            ),
-            &lookup,
-            &constants,
-        )?;
+        let sky = match &studio {
+            Some(studio) => studio_sky(studio, &view),
+            None => prepare_sky::<R>(
+                (context.scene.sky.as_ref(), context.origin.origin),
+                &lookup,
+                &constants,
+            )?,
+        };
         let irradiance = prepare_irradiance(&context, &sky);
         let parts = PreparedParts {
             lights: prepare_lights(&context, &materials, sky, &built.geometry)?,
@@ -175,49 +175,34 @@ impl<R: Real> PreparedScene<R> {
 
     /// Switches the prepared scene to another camera that needs the same effects; only data that
     /// depends on the camera is rebuilt. The result is the same as if the scene had been prepared
-    /// for this camera. The camera must have no open shutter. Returns false and changes nothing if
-    /// the lights of a studio cannot be prepared.
-    #[must_use]
+    /// for this camera. The camera must have no open shutter.
     pub(crate) fn set_camera(
         &mut self,
         scene: &Scene,
         settings: &Settings,
         view: &scene::Camera,
         simulated: EffectSet,
-    ) -> bool {
+    ) {
         let view = camera_relative_to(
             self.origin.origin,
             &camera_with_simulated_motion(view.clone(), simulated),
         );
-        let studio = scene_studio(scene);
-        let lit_by = studio.map(|studio| crate::studio::studio_sky(&studio, &view));
-        let prepared = |lit_by| {
-            prepare_sky::<R>(
-                (Some(&lit_by), self.origin.origin),
-                &SceneLookup::new(scene),
-                &expression_constants(scene),
-            )
-        };
-        let Ok(sky) = lit_by.map(prepared).transpose() else {
-            return false;
-        };
         self.camera = PreparedCamera::for_scene_bounds(
             &view,
             settings.size,
             &self.geometry.bounded_primitives_box(),
         );
         self.cone = self.cone.is_some().then(|| self.camera.ray_cone());
-        let (Some(studio), Some(sky)) = (studio, sky) else {
-            return true;
+        let Some(studio) = scene_studio(scene) else {
+            return;
         };
-        self.irradiance = self.irradiance.is_some().then(|| Irradiance::new(&sky));
-        self.lights.sky = sky;
+        self.lights.sky = studio_sky(&studio, &view);
+        self.irradiance = (self.irradiance.is_some()).then(|| Irradiance::new(&self.lights.sky));
         if self.lights.sky_sampler().is_some() {
             build_sky_sampler(&mut self.lights, settings);
             self.lights.build_light_sampler();
         }
         self.add_studio(&studio, &view, settings, simulated);
-        true
     }
 }
 

@@ -1,4 +1,6 @@
 use super::*;
+use crate::camera::direction_from_angles;
+use crate::scene::Sky;
 
 fn camera(pose: Pose) -> Camera {
     let projection = crate::scene::Projection::Orthographic { height: 1.0 };
@@ -13,11 +15,10 @@ fn camera(pose: Pose) -> Camera {
     }
 }
 
-fn key(studio: &Studio, pose: Pose) -> DVec3 {
-    let Sky::Gradient { suns, .. } = studio_sky(studio, &camera(pose)) else {
-        panic!("a gradient")
-    };
-    suns[0].direction.into()
+/// Returns the radiance of the studio's light along a direction, for a camera with this pose.
+fn light_along(studio: &Studio, pose: Pose, direction: DVec3) -> f64 {
+    let sky = studio_sky::<f64>(studio, &camera(pose));
+    sky.radiance(DVec3::ZERO, direction).x
 }
 
 fn look(eye: [f64; 3], up: [f64; 3]) -> Pose {
@@ -34,12 +35,14 @@ fn look(eye: [f64; 3], up: [f64; 3]) -> Pose {
 fn key_light_stays_left_of_the_camera() {
     let own = Studio::default();
     let up = [0.0, 1.0, 0.0];
-    let front = key(&own, look([0.0, 0.0, 5.0], up));
-    let expected = direction_from_angles(-40_f64.to_radians(), 45_f64.to_radians());
-    assert!(
-        (front - expected).length() < 1e-12 && front.x < 0.0 && front.y > 0.0 && front.z > 0.0,
-        "{front}"
-    );
+    let key = direction_from_angles(-42_f64.to_radians(), 42_f64.to_radians());
+    assert!(key.x < 0.0 && key.y > 0.0 && key.z > 0.0, "{key}");
+    let is_lit = |studio: &Studio, pose: Pose, direction: DVec3| {
+        let mirrored = DVec3::new(-direction.x, direction.y, -direction.z);
+        let [there, behind] = [direction, mirrored].map(|d| light_along(studio, pose.clone(), d));
+        assert!(there > 2.3 && behind < 1.0, "{pose:?}: {there} {behind}");
+    };
+    is_lit(&own, look([0.0, 0.0, 5.0], up), key);
     let orbit = Pose::Orbit {
         target: [3.0; 3],
         distance: 2.0,
@@ -53,60 +56,36 @@ fn key_light_stays_left_of_the_camera() {
         back: [1.0, 0.0, 0.0],
     };
     for pose in [look([5.0, 7.0, 0.0], up), orbit, axes] {
-        let side = key(&own, pose.clone());
-        assert!(
-            (side - DVec3::new(front.z, front.y, -front.x)).length() < 1e-12,
-            "{pose:?}: {side}"
-        );
+        is_lit(&own, pose, DVec3::new(key.z, key.y, -key.x));
     }
-    assert!(
-        (key(&own, look([0.0, 5.0, 0.0], [0.0, 0.0, -1.0])) - front).length() < 1e-12,
-        "from above, the front at the foot"
-    );
-    assert!(
-        (key(&own, look([0.0, -5.0, 0.0], [0.0, 0.0, 1.0])) - front).length() < 1e-12,
-        "from below, the front at the head"
-    );
+    // From above, the front is at the foot of the picture; from below, at the head.
+    is_lit(&own, look([0.0, 5.0, 0.0], [0.0, 0.0, -1.0]), key);
+    is_lit(&own, look([0.0, -5.0, 0.0], [0.0, 0.0, 1.0]), key);
     // The light from +x is now at +z.
-    let turned = key(
-        &Studio {
-            rotation: 90.0,
-            ..own
-        },
-        look([0.0, 0.0, 5.0], up),
-    );
-    assert!(
-        (turned - DVec3::new(-front.z, front.y, front.x)).length() < 1e-12,
-        "{turned}"
-    );
+    let turned = Studio {
+        rotation: 90.0,
+        ..own
+    };
+    let front = look([0.0, 0.0, 5.0], up);
+    is_lit(&turned, front, DVec3::new(-key.z, key.y, key.x));
 }
 
-/// Protects: a studio's strength multiplies all of its light, lamps and gradient alike.
+/// Protects: a studio's strength multiplies all of its light; at strength 0 it has none.
 #[test]
 fn strength_multiplies_all_light() {
-    let camera = camera(look([0.0, 0.0, 5.0], [0.0, 1.0, 0.0]));
-    let value_of = |strength: f64| {
+    let light = |strength: f64, azimuth: f64, elevation: f64| {
         let studio = Studio {
             strength,
             ..Studio::default()
         };
-        let Sky::Gradient { bottom, top, suns } = studio_sky(&studio, &camera) else {
-            panic!("a gradient")
-        };
-        suns.iter()
-            .map(|sun| sun.weight)
-            .chain(bottom.0)
-            .chain(top.0)
-            .collect::<Vec<_>>()
+        let pose = look([0.0, 0.0, 5.0], [0.0, 1.0, 0.0]);
+        light_along(&studio, pose, direction_from_angles(azimuth, elevation))
     };
-    assert_eq!(
-        value_of(2.0),
-        value_of(1.0)
-            .iter()
-            .map(|radiance| 2.0 * radiance)
-            .collect::<Vec<_>>()
-    );
-    assert_eq!(value_of(1.0)[..6], [3.8, 0.4, 5.0, BELOW, BELOW, BELOW]);
+    for (azimuth, elevation) in [(-0.7, 0.7), (1.0, 0.3), (2.0, -1.2), (0.1, 0.0)] {
+        let [none, once, twice] = [0.0, 1.0, 2.0].map(|s| light(s, azimuth, elevation));
+        assert!(once > 0.05, "{once}");
+        assert_eq!([none, twice], [0.0, 2.0 * once]);
+    }
 }
 
 /// Protects: a white surface that faces the camera is bright and not clipped, and its sides have at
@@ -114,14 +93,7 @@ fn strength_multiplies_all_light() {
 #[test]
 fn white_is_bright_and_nowhere_clipped() {
     let camera = camera(look([0.0, 1.0, 5.0], [0.0, 1.0, 0.0]));
-    let scene = crate::Scene::default();
-    let sky = studio_sky(&Studio::default(), &camera);
-    let sky = crate::light::prepare_sky::<f64>(
-        (Some(&sky), DVec3::ZERO),
-        &crate::SceneLookup::new(&scene),
-        &std::collections::BTreeMap::new(),
-    );
-    let irradiance = crate::light::Irradiance::new(&sky.expect("a gradient"));
+    let irradiance = crate::light::Irradiance::new(&studio_sky::<f64>(&Studio::default(), &camera));
     let at = |x: f64, y: f64, z: f64| irradiance.eval(DVec3::new(x, y, z).normalize()).x;
     let front = at(0.0, 0.0, 1.0);
     assert!((0.6..0.9).contains(&front), "{front}");

@@ -223,3 +223,27 @@ fn skies_are_replaced() {
         under(None, with(EnvironmentSource::File("Cargo.toml".into()))).expect_err("no picture");
     assert_eq!(error.kind(), ErrorKind::Input);
 }
+
+/// Protects: a sky by formula becomes an ordinary picture of the sky, which is turned and weighed
+/// as one, beside an image of the same name.
+#[test]
+fn skies_by_formula_are_pictures() {
+    for picture in [SkyPicture::Studio, SkyPicture::Outdoor] {
+        let options = EnvironmentOptions {
+            source: Some(EnvironmentSource::Picture(picture)),
+            rotation: Some(40.0),
+            strength: Some(2.0),
+            ..EnvironmentOptions::default()
+        };
+        let scene = under(None, options).expect("a sky");
+        let Some(Sky::Map(map)) = &scene.sky else {
+            panic!("a map")
+        };
+        assert_eq!((map.rotation, map.strength), (40.0, 2.0));
+        let image = raywright_core::SceneLookup::new(&scene)
+            .image(&map.image)
+            .and_then(|image| image.data.clone());
+        assert!(Arc::ptr_eq(&image.expect("an image"), &picture.image()));
+        assert!(raywright_core::validate::validate(&scene).is_empty());
+    }
+}

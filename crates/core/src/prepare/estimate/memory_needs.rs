@@ -20,6 +20,7 @@ use crate::scene::{
 };
 use crate::settings::Settings;
 use crate::shape::convert_moved_shape;
+use crate::sky_picture::SkyPicture;
 use crate::texture::mipmap;
 
 /// Numbers of items, and bytes, that the preparation of a scene needs.
@@ -130,12 +131,19 @@ impl MemoryNeeds {
                 }
             }
         }
-        if let Some(Sky::Map(map)) = &scene.sky {
-            self.images += image(&map.image).unwrap_or(0);
-            self.images += lookup
-                .image(&map.image)
-                .and_then(|image| image.data.as_ref())
-                .map_or(0, max_sky_table_bytes);
+        match &scene.sky {
+            Some(Sky::Map(map)) => {
+                self.images += image(&map.image).unwrap_or(0);
+                self.images += lookup
+                    .image(&map.image)
+                    .and_then(|image| image.data.as_ref())
+                    .map_or(0, max_sky_table_bytes);
+            }
+            Some(Sky::Studio(_)) => {
+                let picture = SkyPicture::Studio.image();
+                self.images += picture.byte_size() as u64 + max_sky_table_bytes(&picture);
+            }
+            _ => {}
         }
     }
 }
