@@ -139,7 +139,8 @@ fn choose_picture(meta: &MetaData) -> ImportResult<ChosenPicture<'_>> {
     })
 }
 
-/// Reads the headers of all parts, and checks their sizes and compression.
+/// Reads the headers of all parts, and checks their sizes and those of blocks with DWA
+/// compression.
 fn read_headers(bytes: &[u8], limits: &Limits) -> ImportResult<MetaData> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(exr_fault)?;
     for header in &meta.headers {
@@ -149,12 +150,8 @@ fn read_headers(bytes: &[u8], limits: &Limits) -> ImportResult<MetaData> {
         ] {
             check_size(size.0 as u64, size.1 as u64, limits)?;
         }
-        if crate::output::decoder_can_abort(header.compression) {
-            return Err(fault!(
-                "is an EXR picture with DWA compression, which is not supported; save it with ZIP compression"
-            ));
-        }
     }
+    crate::output::check_dwa_blocks(bytes, &meta.headers).map_err(exr_fault)?;
     Ok(meta)
 }
 

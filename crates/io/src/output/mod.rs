@@ -35,9 +35,9 @@ pub use output_path::OutputPath;
 pub(crate) use output_path::file_fingerprint;
 pub use ownership::is_own_picture;
 pub use png::encode_png;
+pub(crate) use read::check_dwa_blocks;
 #[cfg(test)]
 pub(crate) use read::decode_picture;
-pub(crate) use read::decoder_can_abort;
 pub use read::{StoredPicture, read_picture};
 pub use sheet::ContactSheet;
 pub(crate) use web_formats::encode_jpeg;

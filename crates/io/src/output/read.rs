@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::folder::read_picture_file;
 use crate::limits::{Limits, format_bytes};
 
-pub(crate) use open_exr::decoder_can_abort;
+pub(crate) use open_exr::check_dwa_blocks;
 
 use open_exr::decode_exr;
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
+use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::meta::attribute::IntegerBounds;
 use exr::meta::header::Header;
 use exr::prelude::{
@@ -31,6 +32,7 @@ pub(super) fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture,
             limits,
         )?;
     }
+    check_dwa_blocks(bytes, &headers)?;
     let image: FlatImage = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -64,16 +66,61 @@ fn check_exr_part(header: &Header, first: &Header) -> Result<(), PictureFailure>
     {
         return refuse("deep or subsampled channels, which are not supported");
     }
-    if decoder_can_abort(header.compression) {
-        return refuse("DWA compression, which is not supported; save it with ZIP compression");
-    }
     Ok(())
 }
 
-/// Whether a damaged file with this compression can abort the process: the DWA decoder of exr 1.74
-/// trusts the sizes inside its blocks, allocates petabytes and aborts.
-pub(crate) fn decoder_can_abort(compression: Compression) -> bool {
-    matches!(compression, Compression::DWAA(_) | Compression::DWAB(_))
+/// Checks the sizes that blocks with DWA compression state: the decoder of exr 1.74 trusts them,
+/// so that a damaged file could make it allocate petabytes and abort.
+///
+/// # Errors
+/// A block that cannot be read, or that states more values than its pixels have.
+pub(crate) fn check_dwa_blocks(bytes: &[u8], headers: &[Header]) -> exr::error::Result<()> {
+    /// Indices of the counters of uncompressed values among the eleven that open a block.
+    const UNCOMPRESSED: [usize; 5] = [1, 6, 7, 8, 9];
+    let is_dwa = |header: &&Header| {
+        matches!(
+            header.compression,
+            Compression::DWAA(_) | Compression::DWAB(_)
+        )
+    };
+    if !headers.iter().any(|header| is_dwa(&header)) {
+        return Ok(());
+    }
+    for chunk in exr::block::read(Cursor::new(bytes), false)?.all_chunks(false)? {
+        let Chunk {
+            layer_index,
+            compressed_block: block,
+        } = chunk?;
+        let Some(header) = headers.get(layer_index).filter(is_dwa) else {
+            continue;
+        };
+        let data = match &block {
+            CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
+            CompressedBlock::Tile(block) => &block.compressed_pixels_le,
+            CompressedBlock::DeepScanLine(_) | CompressedBlock::DeepTile(_) => continue,
+        };
+        let place = header.get_block_data_indices(&block)?;
+        let Vec2(width, height) = header.get_absolute_block_pixel_coordinates(place)?.size;
+        // A block that would not become smaller holds its pixels as they are.
+        if data.len() == width * height * header.channels.bytes_per_pixel {
+            continue;
+        }
+        // Transforms take 8 by 8 samples of at most four bytes, and run lengths may double them.
+        let samples = width.next_multiple_of(8) * height.next_multiple_of(8);
+        let most = 8 * (samples * header.channels.list.len()) as u64;
+        let counters = data
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&bytes| u64::from_le_bytes(bytes));
+        let is_too_large = |(i, n): (usize, u64)| UNCOMPRESSED.contains(&i) && n > most;
+        if counters.take(11).enumerate().any(is_too_large) {
+            return Err(exr::error::Error::Invalid(
+                "a DWA block states more values than its pixels have".into(),
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Assembles the picture from the decoded parts of a file.
