@@ -15,11 +15,7 @@ const CLAY: f64 = 0.6;
 /// as a mask: opaque where alpha is at least the cut-off, otherwise invisible.
 const BLEND_CUTOFF: f64 = 0.5;
 
-/// Returns the clay material: matte and neutral grey.
-pub(crate) fn clay_model() -> MaterialModel {
-    MaterialModel::Physical(Box::new(make_matte(Physical::default())))
-}
-
+/// Returns a material as matte and neutral grey clay.
 fn make_matte(physical: Physical) -> Physical {
     Physical {
         base_colour: Colour([CLAY; 3]).into(),

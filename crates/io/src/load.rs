@@ -84,6 +84,8 @@ pub struct LoadedScene {
     /// Reason why the neutral sky or, for a model, the default studio was added; `None`: the scene
     /// has light, or an environment was given.
     pub added_sky: Option<LightShortage>,
+    /// Axis of the file that was turned to y; y for scene files.
+    pub up: UpAxis,
     /// Up axis that was assumed because the file states none (STL); `None` if the user gave the
     /// axis, or if the axis is y, the default of all other formats.
     pub assumed_up: Option<UpAxis>,
@@ -187,7 +189,13 @@ fn load_native_scene(
     let (mut scene, mut model_entries) = (parsed.scene, parsed.model_entries);
     let objects = scene.objects.len();
     check_scene_limits(name, &scene, &options.limits)?;
-    warnings.extend(apply_clay_and_section(&mut scene, options, name, folder));
+    warnings.extend(apply_clay_and_section(
+        &mut scene,
+        options,
+        UpAxis::Y,
+        name,
+        folder,
+    ));
     check_scene_limits(name, &scene, &options.limits)?;
     let format = SceneFormat::Native(notation);
     let added_sky = environment::apply_environment(
@@ -213,6 +221,7 @@ fn load_native_scene(
         inputs: folder.inputs(),
         contents,
         added_sky,
+        up: UpAxis::Y,
         assumed_up: None,
     })
 }
@@ -222,6 +231,7 @@ fn load_native_scene(
 fn apply_clay_and_section(
     scene: &mut Scene,
     options: &LoadOptions,
+    up: UpAxis,
     name: &str,
     folder: &Folder,
 ) -> Vec<Fault> {
@@ -233,7 +243,7 @@ fn apply_clay_and_section(
         return Vec::new();
     };
     folder.add_to_hash(format!("{section:?}").as_bytes());
-    section::cut_scene(scene, section, name)
+    section::cut_scene(scene, section, up, name)
 }
 
 /// Refuses a scene with more objects or triangles than the limits allow. Called before any

@@ -1,9 +1,9 @@
 //! Sections through models: a plane cuts all meshes, and the geometry on one side is removed. A
-//! closed mesh gets a cap, a surface in the plane that closes the opening, so that the body looks
-//! solid.
+//! closed mesh gets a cap, a hatched surface in the plane that closes the opening, so that the body
+//! looks solid.
 //!
 //! Each mesh is cut in the world space of each of its objects, after the model was rotated to its
-//! up axis. A vertex whose distance from the plane is within rounding error counts as in the plane.
+//! up axis; the plane is stated in the axes of the file. A vertex whose distance from the plane is within rounding error counts as in the plane.
 //! Thus a plane through a face of a body leaves no thin remainder.
 
 mod cap;
@@ -19,10 +19,11 @@ use raywright_core::affine_from_steps;
 use raywright_core::extent::{flattens_surfaces, surface_triangles};
 use raywright_core::fault::{Fault, FaultKind};
 use raywright_core::scene::{
-    Material, MaterialModel, Mesh, MeshData, MeshSource, Object, Scene, Shape, SideRule,
+    ColourInput, Material, MaterialModel, Mesh, MeshData, MeshSource, Object, Physical, Scene,
+    Shape, SideRule,
 };
 
-use crate::clay;
+use crate::up_axis::UpAxis;
 use clip::{CutMesh, MeshCutResult, MeshCutter};
 
 /// Plane that cuts a scene's meshes open, perpendicular to a coordinate axis. The geometry on one
@@ -100,15 +101,41 @@ impl SectionPlane {
     fn side_sign(&self) -> f64 {
         if self.keeps_above { -1.0 } else { 1.0 }
     }
+
+    /// Returns the same plane once the model is turned so that its axis `up` is y, and 1 if
+    /// coordinates grow along the turned axis as along the file's, -1 otherwise.
+    fn turned(&self, up: UpAxis) -> (Self, f64) {
+        let (axis, sign) = up.turned_axis(self.axis);
+        if sign > 0.0 {
+            return (Self { axis, ..*self }, sign);
+        }
+        let position = match self.position {
+            PlanePosition::Coordinate(at) => PlanePosition::Coordinate(-at),
+            PlanePosition::Fraction(share) => PlanePosition::Fraction(1.0 - share),
+        };
+        let turned = Self {
+            axis,
+            keeps_above: !self.keeps_above,
+            position,
+        };
+        (turned, sign)
+    }
 }
 
 /// Largest distance from the plane at which a vertex counts as in the plane, relative to the
 /// largest coordinate. It is four units in the last place (f32) of half that coordinate.
 const COORDINATE_TOLERANCE: f64 = 2.5e-7;
 
-/// Cuts all meshes of a scene by a plane, and adds caps to closed meshes. Returns the warnings, in
-/// which the scene is called `name`.
-pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -> Vec<Fault> {
+/// Cuts all meshes of a scene by a plane, and adds caps to closed meshes. The plane is that of the
+/// file, whose axis `up` has been turned to y. Returns the warnings, in which the scene is called
+/// `name`.
+pub(crate) fn cut_scene(
+    scene: &mut Scene,
+    file_section: &SectionPlane,
+    up: UpAxis,
+    name: &str,
+) -> Vec<Fault> {
+    let (section, sign) = file_section.turned(up);
     let meshes = meshes_to_cut(scene);
     let mut warnings: Vec<Fault> = uncut_warning(scene, &meshes, name).into_iter().collect();
     let Some([minimum, maximum]) = coordinate_range(scene, &meshes, section.axis) else {
@@ -127,7 +154,8 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
             height
         }
     };
-    let (mut kept, mut open, mut materials) = (Vec::new(), 0, CapMaterials::from_scene(scene));
+    let mut materials = CapMaterials::new(scene, &meshes, section.axis);
+    let (mut kept, mut open, mut is_cut) = (Vec::new(), 0, false);
     for (mut object, data) in core::mem::take(&mut scene.objects).into_iter().zip(meshes) {
         let Some(data) = data else {
             kept.push(object);
@@ -139,10 +167,14 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
             .iter()
             .map(|point| height(map.transform_point3(point)))
             .collect();
-        match MeshCutter::new(&data, &heights, map, section).clip_mesh() {
+        match MeshCutter::new(&data, &heights, map, &section).clip_mesh() {
             MeshCutResult::Unchanged => {}
-            MeshCutResult::Removed => continue,
+            MeshCutResult::Removed => {
+                is_cut = true;
+                continue;
+            }
             MeshCutResult::Partial(cut) => {
+                is_cut = true;
                 let CutMesh { mesh, cap, is_open } = *cut;
                 if is_open {
                     // Without a complete cap, the inside of the body is visible, so that both sides
@@ -168,12 +200,24 @@ pub(crate) fn cut_scene(scene: &mut Scene, section: &SectionPlane, name: &str) -
     }
     scene.objects = kept;
     warnings.extend(open_meshes_warning(open, name));
-    warnings.extend(nothing_left_warning(
-        scene,
-        section.axis,
-        [minimum, maximum],
-        name,
-    ));
+    let range = if sign > 0.0 {
+        [minimum, maximum]
+    } else {
+        [-maximum, -minimum]
+    };
+    let is_beyond = plane < minimum - tolerance || plane > maximum + tolerance;
+    let result = match (scene.objects.is_empty(), is_cut) {
+        (true, _) => Some("removes the whole model, which lies"),
+        (false, false) if is_beyond => Some("cuts nothing: the model lies"),
+        _ => None,
+    };
+    warnings.extend(result.map(|result| {
+        let [least, most] = range.map(|x| format!("{x:.6}"));
+        let axis = ["x", "y", "z"][file_section.axis];
+        let message =
+            format!("the section {file_section} {result} between {least} and {most} along {axis}");
+        FaultKind::Section.in_file(name, message)
+    }));
     warnings
 }
 
@@ -183,23 +227,6 @@ fn open_meshes_warning(count: usize, name: &str) -> Option<Fault> {
         "{count} of the cut meshes are not closed, so that the section leaves openings in them; close the holes of these meshes for a solid section"
     );
     (count > 0).then(|| FaultKind::Section.in_file(name, message))
-}
-
-/// Returns the warning about a section that removed all objects of a scene; `None` if an object is
-/// left. The model had coordinates between `least` and `most` on the axis.
-fn nothing_left_warning(
-    scene: &Scene,
-    axis: usize,
-    [least, most]: [f64; 2],
-    name: &str,
-) -> Option<Fault> {
-    let [least, most] = [least, most].map(|x| format!("{x:.6}"));
-    let axis = ["x", "y", "z"][axis];
-    let message = format!(
-        "the section removes the whole model, which lies between {least} and {most} along {axis}"
-    );
-    let is_empty = scene.objects.is_empty();
-    is_empty.then(|| FaultKind::Section.in_file(name, message))
 }
 
 /// Adds a cut mesh to the scene, under a name derived from the name of the object's mesh. Returns
@@ -219,42 +246,57 @@ fn add_cut_mesh(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
     Shape::Mesh(name)
 }
 
-/// Chooses the materials of caps. A cap has the material of its body. If that material uses images
-/// or vertex colours, for which a cap has no data, the cap is grey clay instead.
+/// Materials of caps: a colour of their own with hatching, so that a cap is no face of the body.
+/// Bodies of one material are hatched alike, and neighbours in turn to the left and to the right.
 struct CapMaterials {
-    /// For each material by name: whether it uses images or vertex colours.
-    varies: HashMap<String, bool>,
+    /// Number of each material of a body, in the order of their first caps.
+    bodies: HashMap<String, usize>,
+    /// Sums of the two coordinates in the plane, with each sign of the second, in lines of hatching.
+    lines: [String; 2],
 }
 
 impl CapMaterials {
-    fn from_scene(scene: &Scene) -> Self {
-        let varies = |material: &Material| {
-            let is_coloured =
-                matches!(&material.model, MaterialModel::Physical(model) if model.vertex_colours);
-            (
-                material.name.clone(),
-                is_coloured || material.textures().next().is_some(),
+    /// Prepares the hatching of a section across an axis, 30 lines across a scene of meshes.
+    fn new(scene: &Scene, meshes: &[Option<Arc<MeshData>>], axis: usize) -> Self {
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        let [from, to] = [u, v]
+            .map(|side| coordinate_range(scene, meshes, side))
+            .map(|range| range.unwrap_or([0.0, 1.0]));
+        let step = ((from[1] - from[0]).max(to[1] - to[0]) / 30.0).max(f64::MIN_POSITIVE);
+        let line = |sign: &str| {
+            let [u, v] = [u, v].map(|side| ["x", "y", "z"][side]);
+            format!(
+                "((p.{u} - {:e}) {sign} (p.{v} - {:e})) / {step:e}",
+                from[0], to[0]
             )
         };
         Self {
-            varies: scene.materials.iter().map(varies).collect(),
+            bodies: HashMap::new(),
+            lines: ["+", "-"].map(line),
         }
     }
 
-    /// Returns the name of the material for a cap of a body with the material `body`. If the cap
-    /// needs grey clay, the clay is added to the scene.
+    /// Returns the name of the material for a cap of a body with the material `body`, which is
+    /// added to the scene if it is new.
     fn add_cap_material(&mut self, scene: &mut Scene, body: &str) -> String {
-        if self.varies.get(body) != Some(&true) {
-            return body.to_owned();
-        }
-        let grey = format!("{body} (cap)");
-        if self.varies.insert(grey.clone(), false).is_none() {
+        let count = self.bodies.len();
+        let number = *self.bodies.entry(body.to_owned()).or_insert(count);
+        let name = format!("(section cap {})", number % 2 + 1);
+        if number == count && number < 2 {
+            let colour = format!(
+                "mix([0.75, 0.24, 0.07], [0.2, 0.05, 0.02], step(0.75, fract({})))",
+                self.lines[number]
+            );
             scene.materials.push(Material {
-                name: grey.clone(),
-                model: clay::clay_model(),
+                name: name.clone(),
+                model: MaterialModel::Physical(Box::new(Physical {
+                    base_colour: ColourInput::Expression(colour),
+                    specular: 0.0.into(),
+                    ..Physical::default()
+                })),
             });
         }
-        grey
+        name
     }
 }
 

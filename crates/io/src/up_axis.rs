@@ -43,6 +43,29 @@ impl UpAxis {
             .map_or("y", |(name, _)| name)
     }
 
+    /// Returns the coordinate axis, 0 to 2, along which an axis of the file lies once the model is
+    /// turned, and the sign of its direction there.
+    pub(crate) fn turned_axis(self, axis: usize) -> (usize, f64) {
+        let along = self.rotation_rows().map(|row| row[axis]);
+        let turned = along.iter().position(|&x| x != 0.0).unwrap_or(axis);
+        (turned, along[turned])
+    }
+
+    /// Returns the least and greatest corner, in the axes of the file, of a box of the turned model.
+    pub fn bounds_in_file(self, [min, max]: [Triple; 2]) -> [Triple; 2] {
+        let turned = [0, 1, 2].map(|axis| self.turned_axis(axis));
+        let corner = |own: Triple, opposite: Triple| {
+            turned.map(|(axis, sign)| {
+                if sign > 0.0 {
+                    own[axis]
+                } else {
+                    -opposite[axis]
+                }
+            })
+        };
+        [corner(min, max), corner(max, min)]
+    }
+
     /// Returns the rows of the rotation that maps the axis to y. The rotation consists of quarter
     /// turns about x or z, so that coordinates are only permuted and negated, without rounding.
     fn rotation_rows(self) -> [[f64; 4]; 3] {

@@ -118,8 +118,11 @@ pub(super) fn load_model(
         UpAxis::Y
     };
     let up = options.model.up;
-    rotate_to_y_up(&mut scene, up.unwrap_or(own));
-    warnings.extend(apply_clay_and_section(&mut scene, options, &name, folder));
+    let turned = up.unwrap_or(own);
+    rotate_to_y_up(&mut scene, turned);
+    warnings.extend(apply_clay_and_section(
+        &mut scene, options, turned, &name, folder,
+    ));
     check_scene_limits(&name, &scene, &options.limits)?;
     let assumed_up = (up.is_none() && own != UpAxis::Y).then_some(own);
     let added_sky = environment::apply_environment(
@@ -139,6 +142,7 @@ pub(super) fn load_model(
         inputs: folder.inputs(),
         contents,
         added_sky,
+        up: turned,
         assumed_up,
     })
 }

@@ -52,7 +52,12 @@ fn object(mesh: &str, transform: Value) -> Value {
 /// Volumes of the objects in world space after a section, and the codes of the warnings.
 fn left(scene: &Scene, section: &str) -> (Vec<f64>, Vec<FaultKind>) {
     let mut scene = scene.clone();
-    let warnings = cut_scene(&mut scene, &section.parse().expect("a section"), "s");
+    let warnings = cut_scene(
+        &mut scene,
+        &section.parse().expect("a section"),
+        UpAxis::Y,
+        "s",
+    );
     let mut volumes: Vec<f64> = Vec::new();
     let mut capped = 0.0;
     for (object, data) in scene.objects.iter().zip(meshes_to_cut(&scene)) {
@@ -136,7 +141,8 @@ fn planes_through_faces_leave_no_film() {
     // Neither number is exact in single precision.
     leaves(&body, "x=0.3", &[whole]);
     leaves(&body, "-x=0.1", &[whole]);
-    leaves(&body, "x=7", &[whole]);
+    let beyond = left(&body, "x=7");
+    assert!((beyond.0[0] - whole).abs() < 1e-5 && beyond.1 == [WarningCode::Section]);
     for nothing in ["x=0.1", "-x=0.3", "y=-1", "z=0%", "-z=100%"] {
         assert_eq!(
             left(&body, nothing),
@@ -159,7 +165,12 @@ fn faces_in_the_plane_are_no_caps() {
         json!([object("both", json!([]))]),
     );
     leaves(&both, "x=0", &[1.0]);
-    cut_scene(&mut both, &"x=0".parse().expect("a section"), "s");
+    cut_scene(
+        &mut both,
+        &"x=0".parse().expect("a section"),
+        UpAxis::Y,
+        "s",
+    );
     let meshes: Vec<_> = meshes_to_cut(&both).into_iter().flatten().collect();
     let counts: Vec<_> = meshes
         .iter()
@@ -223,7 +234,12 @@ fn open_meshes_and_other_shapes_are_told() {
         json!([object("open", json!([]))]),
     );
     open.objects[0].side = SideRule::Culled;
-    cut_scene(&mut open, &"x=0.5".parse().expect("a section"), "s");
+    cut_scene(
+        &mut open,
+        &"x=0.5".parse().expect("a section"),
+        UpAxis::Y,
+        "s",
+    );
     assert_eq!(
         (open.objects.len(), open.objects[0].side),
         (1, SideRule::Both),
@@ -238,7 +254,12 @@ fn open_meshes_and_other_shapes_are_told() {
     let leaf = json!({ "positions": [[0, 0, 0], [2, 0, 0], [0, 2, 0]], "indices": [[0, 1, 2]], "uvs": [[[0, 0], [1, 0], [0, 1]]],
         "colours": [[0, 0, 0, 1], [1, 0, 0, 1], [0, 0, 1, 1]], "normals": [[0, 0, 1], [0, 0, 1], [0, 0, 1]] });
     let mut leaf = scene(&[("leaf", leaf)], json!([object("leaf", json!([]))]));
-    cut_scene(&mut leaf, &"x=1".parse().expect("a section"), "s");
+    cut_scene(
+        &mut leaf,
+        &"x=1".parse().expect("a section"),
+        UpAxis::Y,
+        "s",
+    );
     let data = meshes_to_cut(&leaf).remove(0).expect("a mesh");
     let between: Vec<_> = (0..data.positions.len())
         .filter(|&i| data.positions.position(i).x == 1.0)
@@ -247,75 +268,82 @@ fn open_meshes_and_other_shapes_are_told() {
     assert_eq!(between, [([0.5, 0.0], 0.5), ([0.5, 0.5], 0.5)]);
 }
 
-/// Protects: a cap has the material of its body, unless images or vertex colours determine that;
-/// then all such bodies share one new material.
+/// Protects: caps have hatched materials of their own, one for each of two neighbouring materials,
+/// and each is added once.
 #[test]
-fn caps_are_of_their_bodies() {
-    let two = json!([
-        object("cube", json!([])),
-        object("cube", json!([{ "translate": [0, 3, 0] }]))
-    ]);
-    for (varies, expected) in [(false, "m"), (true, "m (cap)")] {
-        let mut scene = scene(&[("cube", data(cube(0.0, 1.0, false)))], two.clone());
-        let MaterialModel::Physical(model) = &mut scene.materials[0].model else {
-            panic!("a physical material")
-        };
-        model.vertex_colours = varies;
-        cut_scene(&mut scene, &"x=0.5".parse().expect("a section"), "s");
-        let of: Vec<&str> = scene
-            .objects
+fn caps_are_hatched() {
+    let at = |x: f64, material: &str| json!({ "shape": { "mesh": "cube" }, "material": material, "transform": [{ "translate": [0, x, 0] }] });
+    let objects = json!([at(0.0, "m"), at(3.0, "m"), at(6.0, "n"), at(9.0, "o")]);
+    let mut scene = scene(&[("cube", data(cube(0.0, 1.0, false)))], objects);
+    let section = "x=0.5".parse().expect("a section");
+    cut_scene(&mut scene, &section, UpAxis::Y, "s");
+    let caps: Vec<&str> = (scene.objects.iter().step_by(2))
+        .map(|cap| cap.material.as_str())
+        .collect();
+    let [first, second] = ["(section cap 1)", "(section cap 2)"];
+    assert_eq!(caps, [first, first, second, first]);
+    assert_eq!(scene.materials.len(), 3);
+    let MaterialModel::Physical(model) = &scene.materials[2].model else {
+        panic!("a physical material")
+    };
+    let ColourInput::Expression(colour) = &model.base_colour else {
+        panic!("an expression")
+    };
+    // The extent of 10 along y makes 30 lines.
+    assert!(
+        colour.contains("((p.y - 0e0) - (p.z - 0e0)) / 3.33"),
+        "{colour}"
+    );
+    assert!(
+        raywright_core::validate::validate(&scene)
             .iter()
-            .map(|object| object.material.as_str())
-            .collect();
-        assert_eq!(
-            (of, scene.materials.len()),
-            (vec![expected, "m", expected, "m"], 1 + usize::from(varies))
-        );
-    }
+            .all(|p| !p.path.contains("model"))
+    );
 }
 
-/// Protects: malformed sections are refused with an example.
+/// Protects: a section is in the axes of the file whatever its up axis: its side, its share of the
+/// box and the bounds that messages state; a plane beyond the model is told, and cuts nothing.
 #[test]
-fn sections_are_read() {
-    assert_eq!(
-        "-Y = 2.5".parse(),
-        Ok(SectionPlane {
-            axis: 1,
-            keeps_above: true,
-            position: PlanePosition::Coordinate(2.5)
-        })
-    );
-    assert_eq!(
-        "z=30 %".parse(),
-        Ok(SectionPlane {
-            axis: 2,
-            keeps_above: false,
-            position: PlanePosition::Fraction(0.3)
-        })
-    );
-    for text in [
-        "", "x", "x=", "w=1", "x=a", "x=inf", "x=NaN%", "=1", "--x=1",
-    ] {
+fn sections_are_in_the_axes_of_the_file() {
+    let body = |up: UpAxis| {
+        let mut scene = scene(
+            &[("cube", data(cube(1.0, 2.0, false)))],
+            json!([object("cube", json!([{ "scale": [1, 2, 3] }]))]),
+        );
+        crate::up_axis::rotate_to_y_up(&mut scene, up);
+        scene
+    };
+    for (name, up) in UpAxis::NAMED {
+        for (section, expected) in [
+            ("x=1.25", 1.5),
+            ("-x=1.25", 4.5),
+            ("y=2.5", 1.5),
+            ("-y=25%", 4.5),
+            ("z=25%", 1.5),
+            ("-z=3.75", 4.5),
+        ] {
+            let mut scene = body(up);
+            let warnings = cut_scene(&mut scene, &section.parse().expect("a section"), up, "s");
+            assert!(warnings.is_empty(), "{name} {section}: {warnings:?}");
+            let bounds = raywright_core::measure_scene_extent(
+                &scene,
+                raywright_core::settings::PrecisionChoice::Reference,
+            )
+            .bounds;
+            let [least, most] = up.bounds_in_file([bounds.min.to_array(), bounds.max.to_array()]);
+            let volume: f64 = (0..3).map(|axis| most[axis] - least[axis]).product();
+            assert!(
+                (volume - expected).abs() < 1e-5,
+                "{name} {section}: {least:?} {most:?}"
+            );
+        }
+        let mut scene = body(up);
+        let warnings = cut_scene(&mut scene, &"-z=2.9".parse().expect("a section"), up, "s");
+        assert_eq!(scene.objects.len(), 1);
+        let message = "s: the section -z=2.9 cuts nothing: the model lies between 3.000000 and 6.000000 along z";
         assert!(
-            text.parse::<SectionPlane>()
-                .is_err_and(|reason| reason.contains("x=0.3")),
-            "{text}"
+            warnings.len() == 1 && warnings[0].message == message,
+            "{name}: {warnings:?}"
         );
     }
-}
-
-/// Protects: a position in percent counts the surfaces alone. Vertices of no triangle, triangles
-/// without area and objects that are scaled to a point do not move the plane.
-#[test]
-fn percentages_ignore_what_has_no_area() {
-    let (mut corners, mut triangles) = cube(0.0, 1.0, false);
-    corners.extend([[60.0, 0.0, 0.0], [90.0, 0.0, 0.0]]);
-    triangles.push([8, 8, 8]);
-    let hidden = json!([{ "scale": [0, 0, 0] }, { "translate": [-60, 0, 0] }]);
-    let scene = scene(
-        &[("c", data((corners, triangles)))],
-        json!([object("c", json!([])), object("c", hidden)]),
-    );
-    let (volumes, _) = left(&scene, "x=50%");
-    assert!((volumes[0] - 0.5).abs() < 1e-6, "{volumes:?}");
 }
