@@ -117,6 +117,34 @@ pub fn note_added_parts(loaded: &LoadedScene, notes: &mut Notes) {
     }
 }
 
+/// Returns the seconds after which a scene looks as at its start: the period that a scene file
+/// states, or the length of a model's animations.
+pub fn loop_seconds(loaded: &LoadedScene, animation: Option<&str>) -> Option<f64> {
+    match loaded.source.format {
+        SceneFormat::Native(_) => loaded.scene.period,
+        _ => loaded.contents.animation_seconds(animation),
+    }
+    .filter(|seconds| *seconds > 0.0)
+}
+
+/// Whether an expression of a scene file contains the time.
+pub fn depends_on_time(loaded: &LoadedScene) -> bool {
+    let text = loaded.source.text.as_deref();
+    text.is_some_and(contains_time_variable)
+}
+
+/// Whether an expression in the text of a scene file contains the variable `t`.
+fn contains_time_variable(text: &str) -> bool {
+    let formulas = text
+        .lines()
+        .filter(|line| !line.trim_start().starts_with('#'))
+        .flat_map(|line| line.split('"').skip(1).step_by(2));
+    formulas.filter(|formula| formula.len() > 1).any(|formula| {
+        let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+        formula.split(|c| !is_part(c)).any(|word| word == "t")
+    })
+}
+
 /// Whether every ray misses a scene: it has no bounded shape, no infinite plane, and no sky in its
 /// file.
 pub fn is_empty_scene(loaded: &LoadedScene) -> bool {
@@ -293,5 +321,17 @@ mod tests {
                 .to_string()
                 .ends_with("there are no presets")
         );
+    }
+
+    /// Protects: a scene is animated where an expression contains the time `t`, and not where a
+    /// name or a comment contains that letter.
+    #[test]
+    fn scenes_that_move_are_told() {
+        for text in ["a = \"0.15*sin(0.8*t)\"", "a = [0, \"t+1\", 0]"] {
+            assert!(contains_time_variable(text), "{text}");
+        }
+        for text in ["# \"2*t\"", "name = \"t\"", "a = \"sin(tilt)\"", "t = 5"] {
+            assert!(!contains_time_variable(text), "{text}");
+        }
     }
 }

@@ -73,9 +73,9 @@ pub struct SolidSummary {
     pub open_edges: u64,
     /// See `open_edges`.
     pub places: u64,
-    /// Extent of all bounded shapes along each axis, in metres.
+    /// Extent of all bounded shapes along each axis, in units of the file.
     pub size: [f64; 3],
-    /// Volume in cubic metres, without the volume of bubbles. Overlapping parts count twice.
+    /// Volume in cubic units, without the volume of bubbles. Overlapping parts count twice.
     pub volume: f64,
 }
 
@@ -133,11 +133,7 @@ impl fmt::Display for SolidSummary {
             )?,
         }
         let size = self.size.map(format_decimal).join(" x ");
-        write!(
-            f,
-            "; size {size} metres, volume {} cubic metres",
-            format_decimal(self.volume)
-        )
+        write!(f, "; size {size}, volume {}", format_decimal(self.volume))
     }
 }
 

@@ -223,9 +223,15 @@ fn films_last_as_long_as_animations() {
     run(&format!("{film} all:1e9"))
         .exits_with(2)
         .prints_like("1000000000 pictures are too many");
-    run("render preset:whitted -q --frames all:25")
+    run("render preset:pendulum -s 4x4 -q -o p%d.exr --frames all:1").exits_with(0);
+    let films = sandbox.names();
+    let count = films.iter().filter(|name| name.starts_with('p')).count();
+    assert_eq!(count, 7, "a period of 2π seconds");
+    run("render preset:quadrics -q --frames all:25")
         .exits_with(2)
-        .prints_like("--frames all needs an animation longer than 0 s, and the model has none");
+        .prints_like(
+            "--frames all needs an animation longer than 0 s, or a scene file with a `period`",
+        );
     run("render - -q --frames all:25")
         .exits_with(2)
         .prints_like("standard input can be read only once");

@@ -380,13 +380,10 @@ fn read_animation_length(
         options,
         &Progress::hidden(),
     )?;
-    match loaded
-        .contents
-        .animation_seconds(options.model.animation.as_deref())
-        .filter(|seconds| *seconds > 0.0)
-    {
+    match scene_input::loop_seconds(&loaded, options.model.animation.as_deref()) {
         None => Err(refusal(
-            "--frames all needs an animation longer than 0 s, and the model has none".to_owned(),
+            "--frames all needs an animation longer than 0 s, or a scene file with a `period`"
+                .to_owned(),
         )
         .into()),
         Some(seconds) if seconds * rate > FrameTimes::MOST_TIMES => Err(refusal(format!(

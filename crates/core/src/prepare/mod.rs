@@ -240,7 +240,7 @@ fn scene_studio(scene: &Scene) -> Option<Studio> {
 
 /// Returns the names that expressions may read as constants: the time `t` and the parameters.
 fn expression_constants(scene: &Scene) -> BTreeMap<String, f64> {
-    let mut names = scene.parameters.clone();
+    let mut names = scene.parameter_values();
     names.insert("t".to_owned(), scene.t);
     names
 }

@@ -17,6 +17,7 @@ mod material;
 mod mesh;
 mod model;
 mod object;
+mod parameter;
 mod positions;
 mod render;
 #[cfg(test)]
@@ -36,6 +37,7 @@ pub use mesh::{
 };
 pub use model::ModelFile;
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};
+pub use parameter::{Parameter, ParameterRange};
 pub use positions::{VertexPositions, choose_storage_origin};
 pub use render::{
     ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, RenderSettings,
@@ -71,10 +73,15 @@ pub struct Scene {
     /// Time in seconds at which expressions are evaluated. The flag `--at` overrides it.
     #[serde(default)]
     pub t: f64,
-    /// Named numbers for expressions. A parameter may be an expression of earlier parameters. The
-    /// flag `--set NAME=VALUE` overrides a parameter.
+    /// Seconds after which the scene looks as at the start: the length of `--frames all` and of the
+    /// viewer's time slider. None: it does not repeat.
     #[serde(default)]
-    pub parameters: BTreeMap<String, f64>,
+    pub period: Option<f64>,
+    /// Named numbers for expressions. A parameter may be an expression of earlier parameters. A
+    /// table `{ value, min, max, step }` states the range of a slider, in which `--set` must lie.
+    /// The flag `--set NAME=VALUE` overrides a parameter.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, Parameter>,
     /// Picture size, samples, depth and display. Flags of the command line override each.
     #[serde(default)]
     pub render: RenderSettings,
@@ -120,6 +127,16 @@ pub struct Scene {
     pub unread: Vec<UnsupportedProperty>,
 }
 
+impl Scene {
+    /// Returns the values of the parameters by name.
+    pub fn parameter_values(&self) -> BTreeMap<String, f64> {
+        let values = self.parameters.iter();
+        values
+            .map(|(name, parameter)| (name.clone(), parameter.value))
+            .collect()
+    }
+}
+
 /// A material property of an imported file that the scene format cannot represent, and that the
 /// picture therefore lacks.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -136,6 +153,7 @@ impl Default for Scene {
             format: FORMAT,
             title: String::new(),
             t: 0.0,
+            period: None,
             parameters: BTreeMap::new(),
             render: RenderSettings::default(),
             classic: ClassicRules::default(),

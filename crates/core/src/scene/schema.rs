@@ -8,7 +8,8 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::{Map, Value as Json, json};
 
 use super::{
-    Checker, Colour, FORMAT, Input, InputValue, SCHEMA, ScalarFactor, Scene, TextureRef, Triple,
+    Checker, Colour, FORMAT, Input, InputValue, Parameter, SCHEMA, ScalarFactor, Scene, TextureRef,
+    Triple, parameter::ParameterTable,
 };
 use crate::expr::{ExprScope, constant_names, function_names};
 
@@ -85,6 +86,19 @@ fn allow_expression(members: &mut Map<String, Json>) {
         }
         Some(kind) if is_number(kind) => *kind = json!([kind.clone(), "string"]),
         _ => {}
+    }
+}
+
+impl JsonSchema for Parameter {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Parameter".into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let (number, table) = (
+            generator.subschema_for::<f64>(),
+            generator.subschema_for::<ParameterTable>(),
+        );
+        json_schema!({ "description": "A number, or a number with a range.", "anyOf": [number, table] })
     }
 }
 

@@ -41,7 +41,7 @@ pub(super) struct SceneCheck<'a> {
 impl<'a> SceneCheck<'a> {
     /// Creates a collector without problems for a scene.
     pub fn new(scene: &'a Scene) -> Self {
-        let mut numbers = scene.parameters.clone();
+        let mut numbers = scene.parameter_values();
         numbers.insert("t".to_owned(), scene.t);
         Self {
             path: String::new(),

@@ -3,22 +3,42 @@
 
 use super::check::SceneCheck;
 use crate::expr::find_parameter_name_problem;
-use crate::scene::{ClassicRules, RenderSettings, Scene, SpawnRule};
+use crate::scene::{ClassicRules, Parameter, ParameterRange, RenderSettings, Scene, SpawnRule};
 use crate::settings::Settings;
 
 pub(super) fn check_parameters(check: &mut SceneCheck<'_>, scene: &Scene) {
     check.require_finite("t", scene.t);
+    if let Some(period) = scene.period {
+        check.require_within("period", period, 1e-3, 1e9);
+    }
     check.with_key("parameters", |check| {
-        for (name, value) in &scene.parameters {
+        for (name, parameter) in &scene.parameters {
             check.with_key(name, |check| match find_parameter_name_problem(name) {
                 Some(reason) => check.report_with_hint(
                     format!("`{name}` cannot be the name of a parameter"),
                     reason,
                 ),
-                None => check.require_finite("", *value),
+                None => check_parameter(check, parameter),
             });
         }
     });
+}
+
+fn check_parameter(check: &mut SceneCheck<'_>, parameter: &Parameter) {
+    check.require_finite("", parameter.value);
+    let Some(ParameterRange { min, max, step }) = parameter.range else {
+        return;
+    };
+    check.require_finite("min", min);
+    check.require_finite("max", max);
+    if min >= max {
+        check.report_problem(format!("`min` is {min}, which is not below `max`, {max}"));
+        return;
+    }
+    check.require_within("value", parameter.value, min, max);
+    if step.is_some_and(|step| !(step > 0.0 && step <= max - min)) {
+        check.report_problem("`step` must be above 0, and at most `max` minus `min`");
+    }
 }
 
 pub(super) fn check_render_settings(check: &mut SceneCheck<'_>, render: &RenderSettings) {

@@ -211,7 +211,7 @@ fn picture_settings_have_ranges() {
         "classic.shadow_max_distance: `shadow_max_distance` must be above zero, not 0"
     );
     assert!(
-        single_problem(|s| _ = s.parameters.insert("pi".into(), 3.0))
+        single_problem(|s| _ = s.parameters.insert("pi".into(), 3.0.into()))
             .starts_with("parameters.pi: `pi` cannot be the name")
     );
 }

@@ -67,11 +67,23 @@ pub(crate) fn evaluate_parameters(
                 problems.push(problem);
                 continue;
             }
-            let value = match set.get(entry.key.as_str()) {
-                Some(value) => *value,
-                None => evaluate_number(&entry.node, &entry.key, text, &names, problems),
+            let overridden = set.get(entry.key.as_str()).copied();
+            if let Some(value) = overridden {
+                check_range(entry, value, text, &names)?;
+            }
+            // A table states a range; its other keys are numbers like all others in the file.
+            let node = match &mut entry.node.value {
+                TextValue::Table(table) => match table.iter_mut().find(|e| e.key == "value") {
+                    Some(value) => &mut value.node,
+                    None => continue,
+                },
+                _ => &mut entry.node,
             };
-            entry.node.value = TextValue::Float(value);
+            let value = match overridden {
+                Some(value) => value,
+                None => evaluate_number(node, &entry.key, text, &names, problems),
+            };
+            node.value = TextValue::Float(value);
             names.insert(entry.key.clone(), value);
         }
     }
@@ -100,6 +112,27 @@ fn check_overrides(root: &ValueNode, overrides: &ParameterOverrides) -> Result<(
         );
     }
     Ok(())
+}
+
+/// Refuses a value of `--set` outside of the parameter's range.
+fn check_range(
+    entry: &TableEntry,
+    value: f64,
+    text: &str,
+    names: &BTreeMap<String, f64>,
+) -> Result<(), Error> {
+    let end = |key: &str| {
+        let node = entry.node.get(key)?;
+        // A problem of the range itself is found when the table is read.
+        Some(evaluate_number(node, key, text, names, &mut Vec::new()))
+    };
+    match (end("min"), end("max")) {
+        (Some(min), Some(max)) if value < min || value > max => Err(Error::invalid_usage(format!(
+            "the parameter `{}` must be from {min} to {max}, not {value}",
+            entry.key
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Evaluates a number or an expression. A problem is added to the list of problems, and 1 is

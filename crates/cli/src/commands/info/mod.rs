@@ -6,19 +6,20 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use raywright_core::extent::SceneExtent;
-use raywright_core::scene::{Image, SamplePattern, Shape, Sky};
+use raywright_core::scene::{Image, Parameter, SamplePattern, Shape, Sky};
 use raywright_core::topology::SolidSummary;
 use raywright_core::{
     Scene, SceneLookup, Settings, estimate_scene_memory, generate, measure_scene_extent,
 };
 use raywright_io::report::{format_count, format_four_digits, format_memory_parts};
-use raywright_io::{AnimationInfo, ExtensionInfo, LoadedScene, SceneFormat, SceneNotation};
+use raywright_io::{AnimationInfo, ExtensionInfo, LoadedScene, SceneFormat, SceneNotation, UpAxis};
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
 use crate::failure::Failure;
 use crate::origin::variant_name;
+use crate::scene_input::depends_on_time;
 use crate::session::Session;
 use crate::table::format_rows;
 use crate::{console, plan};
@@ -52,11 +53,18 @@ fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
         .map(|object| variant_name(&object.shape));
     let objects = count_by_kind(shapes);
     let models = scene.materials.iter().map(|item| variant_name(&item.model));
-    let parameters = scene.parameters.iter();
     let SceneExtent { bounds, unbounded } = measure_scene_extent(scene, settings.precision);
     // Least and greatest corner of the box around all bounded shapes.
-    let bounds = (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]);
-    let solid = SolidSummary::from_scene(scene);
+    // In the axes of the file.
+    let bounds = (!bounds.is_empty()).then(|| {
+        let corners = [bounds.min.to_array(), bounds.max.to_array()];
+        loaded.up.bounds_in_file(corners)
+    });
+    let mut solid = SolidSummary::from_scene(scene);
+    if let (Some(solid), Some([least, most])) = (&mut solid, bounds) {
+        solid.size = [0, 1, 2].map(|axis| most[axis] - least[axis]);
+    }
+    let units = file_units(loaded.source.format);
     // Upper bound of a render's memory.
     let memory = estimate_scene_memory(scene, &settings).bytes_by_purpose();
     let hash = loaded.hash.to_string();
@@ -68,6 +76,9 @@ fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
         "notation": notation,
         "title": scene.title,
         "size": scene.render.size,
+        "parameters": scene.parameters,
+        "moves": depends_on_time(loaded),
+        "period": scene.period,
         "cameras": cameras,
         "lights": lights,
         "objects": objects,
@@ -79,6 +90,8 @@ fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
         "variants": contents.variants,
         "animations": contents.animations.iter().map(animation).collect::<Vec<_>>(),
         "extensions": contents.extensions.iter().map(extension).collect::<Vec<_>>(),
+        "up": loaded.up.name(),
+        "units": units,
         "bounds": bounds,
         "solid": solid,
         "memory": memory.iter().copied().collect::<BTreeMap<_, _>>(),
@@ -91,8 +104,9 @@ fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
         ("picture", describe_render_size(scene)),
         (
             "parameters",
-            join_items(parameters.map(|(name, value)| format!("{name} = {value}"))),
+            join_items(scene.parameters.iter().map(describe_parameter)),
         ),
+        ("motion", describe_motion(loaded)),
         ("cameras", format_named_count(&cameras)),
         ("lights", format_kind_counts(&lights)),
         ("sky", describe_file_sky(loaded)),
@@ -112,6 +126,8 @@ fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
             "extensions",
             join_items(contents.extensions.iter().map(describe_extension)),
         ),
+        ("units", units.to_owned()),
+        ("up axis", describe_up_axis(loaded)),
         ("bounds", describe_bounds(bounds, unbounded)),
         (
             "closed",
@@ -123,6 +139,27 @@ fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
     (json, rows)
 }
 
+/// Formats a parameter: `light = 1 (0 to 3)`.
+fn describe_parameter((name, parameter): (&String, &Parameter)) -> String {
+    let range = parameter.range.map_or_else(String::new, |range| {
+        let [min, max] = [range.min, range.max].map(format_four_digits);
+        format!(" ({min} to {max})")
+    });
+    format!("{name} = {}{range}", parameter.value)
+}
+
+/// Describes whether a scene file depends on the time.
+fn describe_motion(loaded: &LoadedScene) -> String {
+    match (depends_on_time(loaded), loaded.scene.period) {
+        (false, _) => String::new(),
+        (true, None) => "depends on the time t (--at, --frames)".to_owned(),
+        (true, Some(period)) => format!(
+            "depends on the time t (--at), and repeats after {} s (--frames all)",
+            format_four_digits(period)
+        ),
+    }
+}
+
 /// Describes the box around all bounded shapes, and the number of shapes without bounds.
 fn describe_bounds(bounds: Option<[[f64; 3]; 2]>, unbounded: usize) -> String {
     let corner = |point: [f64; 3]| point.map(format_four_digits).join(", ");
@@ -130,6 +167,24 @@ fn describe_bounds(bounds: Option<[[f64; 3]; 2]>, unbounded: usize) -> String {
     let unbounded = (unbounded > 0).then(|| format!("{unbounded} without bounds"));
     let parts: Vec<String> = bounds.into_iter().chain(unbounded).collect();
     parts.join(", and ")
+}
+
+/// Names the axis that points upwards, if it is not y.
+fn describe_up_axis(loaded: &LoadedScene) -> String {
+    match (loaded.up, loaded.assumed_up) {
+        (UpAxis::Y, _) => String::new(),
+        (up, None) => up.name().to_owned(),
+        (up, Some(_)) => format!("{} (assumed: the file states none)", up.name()),
+    }
+}
+
+/// Names the unit of lengths in a format.
+fn file_units(format: SceneFormat) -> &'static str {
+    match format {
+        SceneFormat::Native(_) | SceneFormat::Gltf | SceneFormat::Glb => "metres",
+        SceneFormat::Stl => "of the file, which states none; printers take them as millimetres",
+        SceneFormat::Obj | SceneFormat::Ply => "of the file, which states none",
+    }
 }
 
 fn scene_format_name(format: SceneFormat) -> &'static str {

@@ -3,7 +3,7 @@
 const $ = id => document.getElementById(id);
 const VIEWS = ["front", "back", "left", "right", "top", "bottom", "iso"];
 const LAYERS = {
-  "": "Colours", stderr: "Error (heat)", albedo: "Albedo", normal: "Normals", depth: "Depth", position: "Positions", object: "Objects",
+  "": "Colours", stderr: "Noise (heat)", albedo: "Albedo", normal: "Normals", depth: "Depth", position: "Positions", object: "Objects",
   material: "Materials", emission: "Emission",
 };
 const TONE_MAPS = ["none", "aces", "aces-hill", "agx", "khronos-neutral"];
@@ -112,14 +112,14 @@ function showProgress(progress) {
   $("error").textContent = error?.doubt === "nearly-black" ? "not known: the picture is nearly black"
     : error?.doubt === "wide-interval" ? "not known: the estimate is too uncertain"
     : found ? `${digits(found.value)} (${digits(found.low)} to ${digits(found.high)})${doubt}`
-    : progress.exact ? "none: this picture has no random samples" : "not known yet";
+    : progress.exact ? "none: this picture has no random samples. Its distance from the exact picture is another thing: `raywright accuracy` measures it" : "not known yet";
   // Noise falls with the root of the samples, and samples come with time.
   const toGoal = goal && found?.high ? Math.max(0, progress.seconds * ((found.high / goal) ** 2 - 1)) : null;
   const rows = [
     ["Samples", `${least === most ? most : `${least} to ${most}`}${of ? ` of ${of}` : ""}`],
     ["Rays a second", count(progress.rays_per_second)],
     ["Time", time(progress.seconds) + (progress.seconds_left ? `, ${time(progress.seconds_left)} left` : "")],
-    ["Time to the target error", goal ? (toGoal === null ? "not known yet" : toGoal === 0 ? "reached" : `about ${time(toGoal)}`) : "no target error is set"],
+    ["Time to the target noise", goal ? (toGoal === null ? "not known yet" : toGoal === 0 ? "reached" : `about ${time(toGoal)}`) : "no target noise is set"],
     ["First picture", `${Math.round(progress.first_ms)} ms after the change`],
     ...(progress.hash ? [["SHA-256", progress.hash]] : []),
   ];
@@ -212,15 +212,18 @@ function showControls(scene) {
     });
     return [element("label", { for: select.id }, title), select];
   }));
-  const parameters = Object.entries(scene.parameters);
+  // A number, or a table with a range; where some have a range, the others follow from them.
+  const all = Object.entries(scene.parameters), ranged = all.filter(([, { min }]) => min !== undefined);
+  const parameters = ranged.length ? ranged : all;
   refresh("parameters", parameters.map(([name]) => name), () => parameters.flatMap(([name, value]) => slider(name, value)));
   refresh("notes", scene.notes, () => scene.notes.map(note => element("li", {}, note)));
 }
 
-/** A parameter of the scene, from nothing or its opposite to twice what it is. */
-function slider(name, value) {
-  const reach = Math.abs(value) || 1, id = `set-${name}`;
-  const input = element("input", { id, type: "range", min: value < 0 || value === 0 ? -2 * reach : 0, max: 2 * reach, step: reach / 100 });
+/** A parameter of the scene, within its range, or from nothing or its opposite to twice what it is. */
+function slider(name, parameter) {
+  const value = parameter.value ?? parameter, reach = Math.abs(value) || 1, id = `set-${name}`;
+  const { min = value <= 0 ? -2 * reach : 0, max = 2 * reach } = parameter;
+  const input = element("input", { id, type: "range", min, max, step: parameter.step ?? (max - min) / 100 });
   const output = element("output", { for: id }, digits(value));
   input.value = value;
   input.addEventListener("input", () => {

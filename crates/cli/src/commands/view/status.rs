@@ -6,12 +6,12 @@ use glam::DVec3;
 use raywright_core::effects::{EffectReport, EffectStatus, SWITCHABLE_EFFECTS};
 use raywright_core::film::Uncertainty;
 use raywright_core::scene::{Camera, Pinhole, Pose, Projection};
-use raywright_io::SceneFormat;
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::viewed_scene::ViewedScene;
 use crate::origin;
+use crate::scene_input::{depends_on_time, loop_seconds};
 
 /// Progress of the viewer's current render.
 #[derive(Clone, Default, Serialize)]
@@ -40,8 +40,8 @@ pub struct RenderProgress {
     pub hash: Option<String>,
 }
 
-/// Length in seconds that the page offers for a scene file with time expressions. The scene file
-/// states no length.
+/// Length in seconds that the page offers for a scene file with time expressions that states no
+/// period.
 const DEFAULT_LENGTH: f64 = 10.0;
 
 /// Describes the displayed scene, from which the page offers choices: `at` is the time of the
@@ -50,16 +50,8 @@ pub fn scene_status(subject: &ViewedScene) -> Value {
     let ViewedScene { loaded, plan, .. } = subject;
     let (scene, contents) = (&loaded.scene, &loaded.contents);
     let options = subject.load_options();
-    let seconds = match loaded.source.format {
-        SceneFormat::Native(_) => {
-            let text = loaded.source.text.as_deref();
-            let moves = text.is_some_and(contains_time_variable);
-            moves.then_some(DEFAULT_LENGTH)
-        }
-        _ => contents
-            .animation_seconds(options.model.animation.as_deref())
-            .filter(|seconds| *seconds > 0.0),
-    };
+    let seconds = loop_seconds(loaded, options.model.animation.as_deref())
+        .or(depends_on_time(loaded).then_some(DEFAULT_LENGTH));
     let cameras: Vec<&String> = scene.cameras.iter().map(|camera| &camera.name).collect();
     let animations: Vec<&String> = contents.animations.iter().map(|item| &item.name).collect();
     let notes: Vec<&String> = loaded.warnings.iter().map(|item| &item.message).collect();
@@ -77,18 +69,6 @@ pub fn scene_status(subject: &ViewedScene) -> Value {
         "tonemap": origin::variant_name(&plan.display.tone_map),
         "denoise": plan.settings.denoise,
         "notes": notes,
-    })
-}
-
-/// Whether an expression in the text of a scene file contains the variable `t`.
-fn contains_time_variable(text: &str) -> bool {
-    let formulas = text
-        .lines()
-        .filter(|line| !line.trim_start().starts_with('#'))
-        .flat_map(|line| line.split('"').skip(1).step_by(2));
-    formulas.filter(|formula| formula.len() > 1).any(|formula| {
-        let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
-        formula.split(|c| !is_part(c)).any(|word| word == "t")
     })
 }
 
@@ -154,21 +134,4 @@ pub fn list_effect_switches(report: &EffectReport, costs: &BTreeMap<String, f64>
         }))
     });
     switches.collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Protects: a scene is animated where an expression contains the time `t`, and not where a
-    /// name or a comment contains that letter.
-    #[test]
-    fn scenes_that_move_are_told() {
-        for text in ["a = \"0.15*sin(0.8*t)\"", "a = [0, \"t+1\", 0]"] {
-            assert!(contains_time_variable(text), "{text}");
-        }
-        for text in ["# \"2*t\"", "name = \"t\"", "a = \"sin(tilt)\"", "t = 5"] {
-            assert!(!contains_time_variable(text), "{text}");
-        }
-    }
 }

@@ -27,7 +27,7 @@ material = "red"
 #[test]
 fn numbers_may_be_expressions_of_the_time_and_of_earlier_parameters() {
     let scene = read_scene(BALL);
-    assert_eq!(scene.parameters["a"], 5.0);
+    assert_eq!(scene.parameters["a"].value, 5.0);
     assert_eq!(
         scene.objects[0].shape,
         Shape::Sphere {
@@ -88,7 +88,11 @@ fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
         .expect("a scene")
         .scene;
     assert_eq!(
-        (scene.t, scene.parameters["z"], scene.parameters["a"]),
+        (
+            scene.t,
+            scene.parameters["z"].value,
+            scene.parameters["a"].value
+        ),
         (1.0, 10.0, 11.0)
     );
 }
@@ -148,4 +152,55 @@ fn json_says_the_same_as_toml() {
         .scene,
         read_scene(BALL)
     );
+}
+
+/// Protects: a parameter may state its range; a value of `--set` or of the file outside of it, an
+/// empty range and an impossible step are refused.
+#[test]
+fn parameters_have_ranges() {
+    let text = |range: &str| {
+        format!("format = 1\nperiod = \"tau\"\n[parameters]\na = {{ {range} }}\nb = \"2*a\"")
+    };
+    let scene = read_scene(&text(
+        "value = \"1 + 1\", min = 0, max = \"2*pi\", step = 0.5",
+    ));
+    assert_eq!(
+        (scene.parameters["a"].value, scene.parameters["b"].value),
+        (2.0, 4.0)
+    );
+    let range = scene.parameters["a"].range.expect("a range");
+    assert_eq!((range.min, range.step), (0.0, Some(0.5)));
+    assert!((range.max - std::f64::consts::TAU).abs() < 1e-15 && scene.period == Some(range.max));
+    let set = |value: f64| {
+        let overrides = ParameterOverrides {
+            time: None,
+            set: vec![("a".to_owned(), value)],
+        };
+        let text = text("value = 2, min = 0, max = 3");
+        parse("x", &text, SceneNotation::Toml, &overrides).map(|parsed| parsed.scene)
+    };
+    assert_eq!(set(3.0).expect("within").parameters["b"].value, 6.0);
+    let error = set(3.5).expect_err("outside");
+    assert_eq!(error.kind(), ErrorKind::Usage);
+    assert!(
+        error.to_string().contains("from 0 to 3, not 3.5"),
+        "{error}"
+    );
+    for (wrong, message) in [
+        ("value = 4, min = 0, max = 3", "must be from 0 to 3, not 4"),
+        (
+            "value = 1, min = 3, max = 3",
+            "`min` is 3, which is not below `max`, 3",
+        ),
+        (
+            "value = 1, min = 0, max = 3, step = 4",
+            "`step` must be above 0",
+        ),
+        ("value = 1, max = 3", "missing key `min`"),
+        ("min = 0, max = 3", "missing key `value`"),
+        ("value = 1, min = 0, maximum = 3", "unknown key `maximum`"),
+    ] {
+        let error = toml(&text(wrong)).expect_err(wrong).to_string();
+        assert!(error.contains(message), "{wrong}: {error}");
+    }
 }
