@@ -1,4 +1,135 @@
-//! The hint "did you mean": the known word that is most similar to an unknown word.
+//! The hint "did you mean": the known word that is most similar to an unknown word, or that means
+//! the same as a word of another program.
+
+/// Words of Blender, glTF, Mitsuba, three.js and shaders, in lower case and without `_`, followed by
+/// our words for them. The first of ours that fits the place is meant; it may be a path.
+const SYNONYMS: [(&str, &[&str]); 39] = [
+    (
+        "color basecolor albedo diffusecolor basecolorfactor reflectance kd",
+        &[
+            "base_colour",
+            "colour",
+            "constant",
+            "model.physical.base_colour",
+            "material",
+        ],
+    ),
+    (
+        "metalness metal metallicfactor",
+        &["metallic", "model.physical.metallic"],
+    ),
+    (
+        "roughnessfactor alphau glossiness smoothness",
+        &["roughness", "model.physical.roughness"],
+    ),
+    (
+        "shininess",
+        &[
+            "exponent",
+            "roughness",
+            "specular",
+            "model.physical.roughness",
+        ],
+    ),
+    (
+        "emissive emissivecolor emissivefactor emissionstrength ke",
+        &["emission", "model.physical.emission"],
+    ),
+    (
+        "metallic roughness ior transmission opacity emission",
+        &["model.physical", "material"],
+    ),
+    (
+        "intior indexofrefraction refractiveindex eta",
+        &["ior", "model.physical.ior"],
+    ),
+    (
+        "transmissionfactor transparency",
+        &["transmission", "opacity", "model.physical.transmission"],
+    ),
+    (
+        "fov fovy yfov verticalfov cameraangle",
+        &["vertical_fov", "projection.pinhole.vertical_fov"],
+    ),
+    (
+        "fovx xfov horizontalfov",
+        &["horizontal_fov", "projection.pinhole.horizontal_fov"],
+    ),
+    (
+        "lens focal focallength",
+        &["focal_length", "projection.pinhole.focal_length"],
+    ),
+    (
+        "position location translation pos",
+        &[
+            "position",
+            "eye",
+            "centre",
+            "translate",
+            "transform",
+            "pose.look_at.eye",
+            "kind.point.position",
+            "p",
+        ],
+    ),
+    ("center", &["centre", "target"]),
+    (
+        "lookat to at focus",
+        &["look_at", "target", "pose.look_at.target"],
+    ),
+    ("from origin camera eye", &["eye", "pose.look_at.eye"]),
+    (
+        "rotation rotationeuler quaternion orientation toworld",
+        &["rotate", "transform"],
+    ),
+    (
+        "intensity power energy irradiance radiance",
+        &["colour", "strength", "emission"],
+    ),
+    ("background environment envmap world", &["sky"]),
+    ("lamp emitter lights light", &["lights"]),
+    (
+        "spp samplesperpixel samplecount",
+        &["samples", "render.samples"],
+    ),
+    ("resolution width", &["size", "render.size"]),
+    (
+        "bounces maxbounces depth maxdepth",
+        &["max_depth", "render.max_depth"],
+    ),
+    ("geometry primitive type", &["shape", "kind", "model"]),
+    ("bsdf mat", &["material", "materials"]),
+    ("filename uri url src", &["path", "file"]),
+    (
+        "principled principledbsdf standard disney pbr metallicroughness",
+        &["physical"],
+    ),
+    ("sun distant parallel", &["directional"]),
+    ("perspective persp", &["pinhole"]),
+    ("cube cuboid aabb", &["box"]),
+    ("rect rectangle parallelogram", &["quad"]),
+    // Names of shaders in expressions.
+    ("itime time utime", &["t"]),
+    ("pos position worldpos", &["p"]),
+    ("normal nor", &["n"]),
+    ("rd raydir direction", &["d"]),
+    ("ro rayorigin", &["o"]),
+    ("lerp", &["mix"]),
+    ("frac", &["fract"]),
+    ("fmod", &["mod"]),
+    ("saturate", &["clamp"]),
+];
+
+/// Returns our word for a word of another program, if it `fits` the place; of a path, its first
+/// step must fit.
+pub fn find_synonym(wrong: &str, fits: impl Fn(&str) -> bool) -> Option<&'static str> {
+    let wrong = normalize_word(wrong).replace('_', "");
+    let mut ours = SYNONYMS
+        .iter()
+        .filter(|(words, _)| words.split(' ').any(|word| word == wrong))
+        .flat_map(|(_, ours)| ours.iter().copied());
+    ours.find(|word| fits(word.split('.').next().unwrap_or(word)))
+}
 
 /// Returns the candidate that is most similar to a mistyped word; `None` if none is similar. The
 /// similarity limit is one edit per three characters, and one edit for shorter words. An edit

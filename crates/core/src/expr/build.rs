@@ -10,7 +10,7 @@ use super::graph::{ExprGraph, NodeId};
 use super::operation::Operation;
 use super::scope::{ExprScope, Variable};
 use super::semantics::underflow_limit_of_power;
-use crate::suggest::most_similar_word;
+use crate::suggest::{find_synonym, most_similar_word};
 
 /// A parsed part of the source: its node in the graph and its span in the text.
 #[derive(Clone, Debug)]
@@ -93,7 +93,9 @@ impl<'a> GraphBuilder<'a> {
         let known = known
             .chain(self.scope.variables().iter().map(|v| v.name()))
             .chain(CONSTANTS.iter().map(|(name, _)| *name));
-        let hint = match most_similar_word(name, known) {
+        let mut known: Vec<&str> = known.collect();
+        let synonym = find_synonym(name, |word| known.contains(&word));
+        let hint = match synonym.or_else(|| most_similar_word(name, known.drain(..))) {
             Some(similar) => format!("did you mean `{similar}`? {}", self.list_allowed_names()),
             None => self.list_allowed_names(),
         };

@@ -9,7 +9,7 @@ use super::graph::NodeId;
 use super::operation::Operation;
 use super::scope::Variable;
 use crate::noise::MAX_OCTAVES;
-use crate::suggest::most_similar_word;
+use crate::suggest::{find_synonym, most_similar_word};
 
 impl GraphBuilder<'_> {
     /// Adds the operations of a function call. `span` is the place of the whole call in the text,
@@ -226,7 +226,9 @@ impl GraphBuilder<'_> {
         {
             return error.with_hint(format!("to multiply, write `{name} * (…)`"));
         }
-        match most_similar_word(name, FUNCTIONS.iter().map(|(name, _)| *name)) {
+        let synonym = find_synonym(name, |word| find_function(word).is_some());
+        let similar = || most_similar_word(name, FUNCTIONS.iter().map(|(name, _)| *name));
+        match synonym.or_else(similar) {
             Some(similar) => error.with_hint(format!("did you mean `{similar}`?")),
             None => {
                 let names: Vec<&str> = FUNCTIONS.iter().map(|(name, _)| *name).collect();

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::{Deref, DerefMut, Range};
 
-use raywright_core::suggest::most_similar_word;
+use raywright_core::suggest::{find_synonym, most_similar_word};
 use serde::de::{self, Expected, Unexpected};
 
 use crate::diagnostic::Diagnostic;
@@ -27,6 +27,8 @@ pub(crate) struct FailureDetails {
     pub hint: Option<String>,
     /// Position in the text; `None` until an enclosing value sets the position.
     pub span: Option<Range<usize>>,
+    /// Key that the value lacks.
+    pub missing: Option<&'static str>,
     /// Key whose position is shown; without a key, the position of the whole value is shown.
     pub key: Option<String>,
     /// Steps of the path from the value up to the root.
@@ -132,13 +134,16 @@ impl de::Error for ReadFailure {
     }
 
     fn missing_field(field: &'static str) -> Self {
-        Self::new(format!("missing key `{field}`"))
+        let mut failure = Self::new(format!("missing key `{field}`"));
+        failure.missing = Some(field);
+        failure
     }
 }
 
 /// Returns advice for an unknown word: the most similar known word, or a list of all known words.
 pub(crate) fn did_you_mean(wrong: &str, known: &[&str], label: &str) -> String {
-    match most_similar_word(wrong, known.iter().copied()) {
+    let synonym = find_synonym(wrong, |word| known.contains(&word));
+    match synonym.or_else(|| most_similar_word(wrong, known.iter().copied())) {
         Some(word) => format!("did you mean `{word}`?"),
         None => format!("{label}: {}", known.join(", ")),
     }

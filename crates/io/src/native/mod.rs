@@ -5,6 +5,7 @@ mod access;
 mod colours;
 mod de;
 mod enums;
+mod examples;
 mod failure;
 pub(crate) mod files;
 mod json;
@@ -15,6 +16,7 @@ mod positions;
 mod toml;
 
 use std::collections::{BTreeMap, HashSet};
+use std::ops::Range;
 
 use raywright_core::Scene;
 use raywright_core::fault::Fault;
@@ -27,16 +29,19 @@ pub(crate) use positions::ModelEntries;
 
 use self::de::{ReadContext, ValueReader};
 use self::failure::{PathStep, ReadFailure};
-use self::node::{TextValue, ValueNode};
+use self::node::{TableEntry, TextValue, ValueNode};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::limits::format_bytes;
 use crate::text::strip_byte_order_mark;
 
-/// Largest number of passes over a syntax tree. A failure ends its pass if no valid value can
-/// replace the wrong value; the pass may then have missed later failures.
-const MAX_PASSES: usize = 20;
+/// Largest number of passes over the syntax tree of a long text, and of a text of at most
+/// [`SHORT_TEXT`] bytes. A failure ends its pass if no valid value can replace the wrong value; the
+/// pass may then have missed later failures.
+const MAX_PASSES: [usize; 2] = [20, 200];
+/// Size in bytes up to which a text is short.
+const SHORT_TEXT: usize = 1 << 16;
 
 /// Language in which a native scene file is written: TOML or JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,48 +104,67 @@ pub(crate) fn parse<'a>(
 ) -> Result<ParsedScene<'a>, Error> {
     let fail = |problems| Error::Scene(Diagnostics::new(file, text, problems));
     let mut root = parse_tree(text, notation).map_err(fail)?;
-    check_format_version(&root).map_err(fail)?;
-    let mut problems = Vec::new();
+    let mut problems = check_format_version(&mut root).map_err(fail)?;
+    let unnamed = problems.len();
     let names = parameters::evaluate_parameters(&mut root, text, overrides, &mut problems)?;
     colours::replace_colour_texts(&mut root, &names);
-    let scene = match deserialize_scene(&mut root, text, &names) {
-        Ok(scene) if problems.is_empty() => scene,
-        Ok(_) => return Err(fail(problems)),
-        Err(more) => return Err(fail(problems.into_iter().chain(more).collect())),
-    };
-    let problems: Vec<_> = validate(&scene)
-        .into_iter()
+    let unread = UnreadParts::from_parameters(&problems[unnamed..], &names);
+    let (scene, unread) = deserialize_scene(&mut root, text, &names, unread, &mut problems);
+    let found: Vec<_> = (scene.iter().flat_map(validate))
         .map(|problem| positions::diagnostic_from_problem(&root, text, problem))
+        .filter(|problem| !unread.affects(problem, text))
         .collect();
-    if problems.is_empty() {
-        Ok(ParsedScene {
+    problems.extend(found);
+    match scene {
+        Some(scene) if problems.is_empty() => Ok(ParsedScene {
             scene,
             file,
             text,
             root,
             model_entries: Vec::new(),
-        })
-    } else {
-        Err(fail(problems))
+        }),
+        _ => Err(fail(problems)),
     }
 }
 
 /// Refuses a text whose `format` key does not have the supported value. This problem is reported
-/// alone, because in another version of the format any line may be wrong.
-fn check_format_version(root: &ValueNode) -> Result<(), Vec<Diagnostic>> {
+/// alone, because in another version of the format any line may be wrong. A text without the key
+/// that has parts of a scene is read on; then the problem is returned.
+fn check_format_version(root: &mut ValueNode) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let Some(entry) = root.entry("format") else {
         let hint =
             format!("a scene begins with `format = {FORMAT}`, in JSON with `\"format\": {FORMAT}`");
         let message = "this is no scene file: the key `format` is missing".to_owned();
-        return Err(vec![Diagnostic {
+        let problem = vec![Diagnostic {
             message,
             span: None,
             label: String::new(),
             hint: Some(hint),
-        }]);
+        }];
+        let is_part = |entry: &TableEntry| {
+            matches!(
+                entry.key.as_str(),
+                "cameras" | "lights" | "materials" | "objects"
+            )
+        };
+        return match &mut root.value {
+            TextValue::Table(entries) if entries.iter().any(is_part) => {
+                let node = ValueNode {
+                    span: 0..0,
+                    value: TextValue::Integer(i64::from(FORMAT)),
+                };
+                entries.push(TableEntry {
+                    key: "format".to_owned(),
+                    key_span: 0..0,
+                    node,
+                });
+                Ok(problem)
+            }
+            _ => Err(problem),
+        };
     };
     match entry.node.value {
-        TextValue::Integer(format) if format == i64::from(FORMAT) => Ok(()),
+        TextValue::Integer(format) if format == i64::from(FORMAT) => Ok(Vec::new()),
         _ => Err(vec![Diagnostic {
             message: format!(
                 "the key `format` must be {FORMAT}, the only scene format that this program reads"
@@ -169,68 +193,137 @@ fn parse_tree(text: &str, notation: SceneNotation) -> Result<ValueNode, Vec<Diag
     }
 }
 
-/// Deserializes the syntax tree as a scene. If a failure ends a pass, the object, material or
-/// section that contains the failure is removed from the tree, and the tree is read again. Later
-/// failures are found in this way, too.
+/// Deserializes the syntax tree as a scene, and adds the problems. If a failure ends a pass, the
+/// tree is mended, and read again: a missing key gets its example, and otherwise the object,
+/// material or section that contains the failure is removed. Later failures are found in this way,
+/// too. Returns the scene of what could be read, and adds the rest to `unread`.
 fn deserialize_scene(
     root: &mut ValueNode,
     text: &str,
     names: &BTreeMap<String, f64>,
-) -> Result<Scene, Vec<Diagnostic>> {
-    let mut problems: Vec<Diagnostic> = Vec::new();
+    mut unread: UnreadParts,
+    problems: &mut Vec<Diagnostic>,
+) -> (Option<Scene>, UnreadParts) {
     // Each pass finds the failures of earlier passes again, and a text may have a hundred thousand
     // wrong keys: the set drops duplicates quickly.
     let mut known = HashSet::new();
-    for _ in 0..MAX_PASSES {
+    for _ in 0..MAX_PASSES[usize::from(text.len() <= SHORT_TEXT)] {
         let context = ReadContext {
             text,
             variables: names,
             failures: Default::default(),
         };
         let result = Scene::deserialize(ValueReader::from_root(root, &context));
-        for noted in context
-            .failures
-            .into_inner()
-            .into_iter()
-            .map(ReadFailure::into_diagnostic)
-        {
+        let noted = context.failures.into_inner().into_iter();
+        for noted in noted.map(ReadFailure::into_diagnostic) {
             if known.insert(noted.clone()) {
+                unread.spans.extend(noted.span.clone());
                 problems.push(noted);
             }
         }
-        match result {
-            Ok(scene) if problems.is_empty() => return Ok(scene),
-            Ok(_) => break,
-            Err(failure) => {
-                let gone = remove_at_path(root, &failure.path);
-                problems.push(failure.into_diagnostic());
-                if !gone {
-                    break;
-                }
+        let mut failure = match result {
+            Ok(scene) => {
+                let keys = unread.spans.iter().map(|span| span.start).collect();
+                unread.add_texts_of_keys(root, &keys);
+                return (Some(scene), unread);
             }
+            Err(failure) => failure,
+        };
+        unread.spans.extend(failure.span.clone());
+        let is_mended = match examples::add_example(root, text, &mut failure) {
+            true => true,
+            false => remove_at_path(root, &failure.path).is_some_and(|gone| {
+                unread.add_texts(&gone);
+                true
+            }),
+        };
+        problems.push(failure.into_diagnostic());
+        if !is_mended {
+            break;
         }
     }
-    Err(problems)
+    (None, unread)
+}
+
+/// Parts of a text that could not be read, and the problems that may only follow from them.
+#[derive(Default)]
+struct UnreadParts {
+    /// Byte ranges of the problems.
+    spans: Vec<Range<usize>>,
+    /// Texts of the parts, such as names of materials, and names of parameters without value.
+    texts: HashSet<String>,
+}
+
+impl UnreadParts {
+    /// Starts with the parameters, whose values are unknown after a problem of one of them.
+    fn from_parameters(problems: &[Diagnostic], names: &BTreeMap<String, f64>) -> Self {
+        let mut unread = Self::default();
+        if !problems.is_empty() {
+            unread.texts.extend(names.keys().cloned());
+        }
+        unread
+    }
+
+    /// Adds the texts of a value.
+    fn add_texts(&mut self, node: &ValueNode) {
+        match &node.value {
+            TextValue::Text(text) => _ = self.texts.insert(text.clone()),
+            TextValue::Array(items) => items.iter().for_each(|item| self.add_texts(item)),
+            TextValue::Table(entries) => {
+                entries.iter().for_each(|entry| self.add_texts(&entry.node));
+            }
+            _ => {}
+        }
+    }
+
+    /// Adds the texts of all values whose keys begin at one of these places: values that were not
+    /// read, since there is a problem of the key.
+    fn add_texts_of_keys(&mut self, node: &ValueNode, keys: &HashSet<usize>) {
+        match &node.value {
+            TextValue::Array(items) => {
+                (items.iter()).for_each(|item| self.add_texts_of_keys(item, keys));
+            }
+            TextValue::Table(entries) => {
+                for entry in entries {
+                    match keys.contains(&entry.key_span.start) {
+                        true => self.add_texts(&entry.node),
+                        false => self.add_texts_of_keys(&entry.node, keys),
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether a problem may only follow from a part that was not read: it lies at one, or it or
+    /// the value where it lies mentions a text of one.
+    fn affects(&self, problem: &Diagnostic, text: &str) -> bool {
+        let Some(place) = &problem.span else {
+            return !self.spans.is_empty();
+        };
+        let is_near = |span: &Range<usize>| span.start < place.end && place.start < span.end;
+        let value = text.get(place.clone()).unwrap_or_default();
+        let is_part = |c: char| c.is_alphanumeric() || c == '_';
+        let mut words = (problem.message.split('`')).chain(value.split(|c| !is_part(c)));
+        self.spans.iter().any(is_near) || words.any(|word| self.texts.contains(word))
+    }
 }
 
 /// Removes from the tree the top-level value, or the element of a top-level array, that contains
-/// the value at `path`. Returns whether something was removed.
-fn remove_at_path(root: &mut ValueNode, path: &[PathStep]) -> bool {
+/// the value at `path`. Returns what was removed.
+fn remove_at_path(root: &mut ValueNode, path: &[PathStep]) -> Option<ValueNode> {
     let mut down = path.iter().rev();
     let (Some(PathStep::Key(key)), TextValue::Table(entries)) = (down.next(), &mut root.value)
     else {
-        return false;
+        return None;
     };
-    let Some(position) = entries.iter().position(|entry| entry.key == *key) else {
-        return false;
-    };
-    match (&mut entries[position].node.value, down.next()) {
+    let position = entries.iter().position(|entry| entry.key == *key)?;
+    Some(match (&mut entries[position].node.value, down.next()) {
         (TextValue::Array(items), Some(PathStep::Index(index))) if *index < items.len() => {
-            drop(items.remove(*index))
+            items.remove(*index)
         }
-        _ => drop(entries.remove(position)),
-    }
-    true
+        _ => entries.remove(position).node,
+    })
 }
 
 /// Syntax tree of a valid text, from which the positions of values are found.

@@ -2,6 +2,8 @@
 //! newcomer's point of view.
 
 use super::expect_message;
+use crate::error::Error;
+use crate::native::{ParameterOverrides, SceneNotation, parse};
 
 /// Protects: the message for an unknown section, word for word: place, cause and remedy.
 #[test]
@@ -61,6 +63,8 @@ error: `lights[0]`: missing key `colour`
   |
 2 | [[lights]]
   | ^^^^^^^^^^
+  |
+  = help: for example `colour = [1, 1, 1]`
 
 error: unknown key `color`
  --> x.scene.toml:4:1
@@ -88,6 +92,8 @@ error: `objects[0]`: missing key `material`
   |
 2 | [[objects]]
   | ^^^^^^^^^^^
+  |
+  = help: for example `material = "polished brass"`
 "#,
     );
 }
@@ -381,4 +387,122 @@ error: `colour`: unknown key `image`
   = help: allowed keys: texture, checker
 "#,
     );
+}
+
+/// Returns the messages and hints of a wrong scene, a line each.
+fn advice(file: &str, text: &str) -> Vec<String> {
+    let notation = match file.ends_with("json") {
+        true => SceneNotation::Json,
+        false => SceneNotation::Toml,
+    };
+    match parse(file, text, notation, &ParameterOverrides::default()) {
+        Err(Error::Scene(found)) => (found.problems.into_iter())
+            .map(|problem| format!("{}: {}", problem.message, problem.hint.unwrap_or_default()))
+            .collect(),
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("this was accepted:\n{text}"),
+    }
+}
+
+/// Protects: a scene written from memory is answered in one round: words of other programs, missing
+/// keys of one table, wrong values and what does not fit together, each once, and nothing that only
+/// follows from another problem.
+#[test]
+fn a_scene_from_memory_is_answered_in_one_round() {
+    let text = r#"
+[[cameras]]
+fov = 40
+[render]
+resolution = [640, 360]
+[[materials]]
+name = "steel"
+model.physical = { metalness = 1, base_color = [0.9, 0.9, 0.9], roughness = 3 }
+[[materials]]
+name = "paint"
+model.physical = { base_colour = "sin(iTime)" }
+[[materials]]
+name = "broken"
+model.principled = {}
+[[lights]]
+kind.sun = { to_light = [0, 1, 0] }
+[[objects]]
+shape.sphere = { center = [0, 0, 0], radius = -1 }
+material = "stel"
+[[objects]]
+shape.cube = { min = [0, 0, 0], max = [1, 1, 1] }
+material = "broken"
+[[objects]]
+shape.disk = { centre = [0, 0, 0], normal = [0, 0, 0], radius = 1 }
+material = "broken"
+"#;
+    let found = advice("x.scene.toml", text);
+    let expected = [
+        "this is no scene file: the key `format` is missing: a scene begins",
+        "`cameras[0]`: missing key `pose`: for example `pose = { look_at = { eye = [0, 1, 5], target = [0, 0.5, 0] } }`",
+        "`cameras[0]`: missing key `projection`: for example `projection = { pinhole = { vertical_fov = 40 } }`",
+        "unknown key `fov`: did you mean `projection.pinhole.vertical_fov`?",
+        "unknown key `resolution`: did you mean `size`?",
+        "unknown key `metalness`: did you mean `metallic`?",
+        "unknown key `base_color`: did you mean `base_colour`?",
+        "`roughness` must be from 0 to 1, not 3: ",
+        "unknown name `iTime`: did you mean `t`?",
+        "`model` cannot be `principled`: did you mean `physical`?",
+        "`kind` cannot be `sun`: did you mean `directional`?",
+        "`sphere`: missing key `centre`: for example `centre = [0, 1, 0]`",
+        "unknown key `center`: did you mean `centre`?",
+        "`radius` must be above zero, not -1: ",
+        "unknown material `stel`: did you mean `steel`?",
+        "`shape` cannot be `cube`: did you mean `box`?",
+        "`normal` has length zero, so it gives no direction: ",
+    ];
+    assert_eq!(found.len(), expected.len(), "{found:#?}");
+    for line in expected {
+        assert!(
+            found.iter().any(|found| found.starts_with(line)),
+            "{line}\n{found:#?}"
+        );
+    }
+}
+
+/// Protects: a missing key in JSON shows its example as JSON.
+#[test]
+fn examples_are_in_the_notation_of_the_file() {
+    let text = r#"{ "format": 1, "objects": [{ "material": "a" }], "lights": [{ "kind": { "spot": {} } }] }"#;
+    let found = advice("x.scene.json", text).join("\n");
+    for line in [
+        r#"`"shape": { "sphere": { "centre": [0, 1, 0], "radius": 0.5 } }`"#,
+        r#"`"position": [2, 4, 3]`"#,
+        r#"`"colour": [1, 1, 1]`"#,
+    ] {
+        assert!(found.contains(line), "{line}\n{found}");
+    }
+}
+
+/// Protects: every key that a table of the format must have has an example.
+#[test]
+fn every_needed_key_has_an_example() {
+    fn keys(schema: &serde_json::Value, out: &mut Vec<String>) {
+        match schema {
+            serde_json::Value::Array(items) => items.iter().for_each(|item| keys(item, out)),
+            serde_json::Value::Object(members) => {
+                let properties = members.get("properties").and_then(|p| p.as_object());
+                let needed = members.get("required").and_then(|r| r.as_array());
+                // A table whose only key is the one that it needs is a choice among kinds.
+                if properties.is_none_or(|all| all.len() > 1) {
+                    let needed = needed.into_iter().flatten().filter_map(|key| key.as_str());
+                    out.extend(needed.map(str::to_owned));
+                }
+                members.values().for_each(|member| keys(member, out));
+            }
+            _ => {}
+        }
+    }
+    let schema = serde_json::from_str(raywright_core::scene::SCHEMA).expect("JSON");
+    let mut needed = Vec::new();
+    keys(&schema, &mut needed);
+    let examples = crate::native::toml::parse(include_str!("../examples.toml")).expect("TOML");
+    assert!(needed.len() > 60, "{}", needed.len());
+    for key in needed.iter().filter(|key| *key != "format") {
+        assert!(examples.get(key).is_some(), "{key}");
+    }
 }
