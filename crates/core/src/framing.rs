@@ -127,6 +127,9 @@ struct AreaWeightedNormals {
     /// Area-weighted sum of the normals' components away from the scene's middle. It is negative
     /// for surfaces that face inwards.
     outward: f64,
+    /// Number of the examined triangles, and of those that stand at more than 60° to the ground.
+    triangles: usize,
+    standing: usize,
 }
 
 /// Approximate number of examined triangles.
@@ -189,7 +192,13 @@ impl Silhouette {
     /// - any other scene slightly from above and from the side.
     pub fn default_view(&self) -> ViewAngles {
         let extent = Aabb::from_points(self.points.iter().copied()).extent();
-        let AreaWeightedNormals { area, sum, outward } = self.faces;
+        let AreaWeightedNormals {
+            area,
+            sum,
+            outward,
+            triangles,
+            standing,
+        } = self.faces;
         let across = |axis: usize| extent[(axis + 1) % 3].min(extent[(axis + 2) % 3]);
         let thin = |share: f64| (0..3).find(|&axis| extent[axis] < share * across(axis));
         let facing = |axis: usize| if sum[axis] < -0.05 * area { -1.0 } else { 1.0 };
@@ -207,8 +216,9 @@ impl Silhouette {
                 };
             }
             // A flat object that lies on its side is seen obliquely from above, and straight from
-            // above only if its edges are too thin to be visible.
-            Some(_) if thin(SHEET).is_some() => {
+            // above only if it is a drawing: its edges are too thin to be visible, and hardly a
+            // triangle stands on it, as palms do on an island.
+            Some(_) if thin(SHEET).is_some() && 10 * standing <= triangles => {
                 return ViewAngles {
                     azimuth: 0.0,
                     elevation: 90.0 * facing(1),
@@ -345,6 +355,8 @@ impl AreaWeightedNormals {
                     continue;
                 }
                 faces.area += normal.length();
+                faces.triangles += 1;
+                faces.standing += usize::from(normal.y.abs() < 0.5 * normal.length());
                 faces.sum += normal;
                 faces.outward += normal.dot((a - middle).normalize_or_zero());
             }

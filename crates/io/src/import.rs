@@ -3,6 +3,7 @@
 
 use std::collections::HashSet;
 use std::fmt;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 use raywright_core::Scene;
 use raywright_core::fault;
@@ -177,24 +178,52 @@ pub(crate) fn format_number(value: f64) -> String {
 /// List of different warnings, at most [`Self::MOST`]. Further warnings are counted, but not kept.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
-    list: Vec<(fault::FaultKind, String)>,
+    list: Vec<ListedWarning>,
     left_out: usize,
+    /// Hashes of all messages so far.
+    known: HashSet<u64>,
+}
+
+/// A warning of the list, which may also stand for warnings about other places.
+#[derive(Debug)]
+struct ListedWarning {
+    kind: fault::FaultKind,
+    /// Place in the file, such as `materials[3]`; empty without one.
+    place: String,
+    text: String,
+    /// Number of further places with the same text.
+    more: usize,
 }
 
 impl Warnings {
     const MOST: usize = 100;
+    /// Number of places that are listed of those with the same text; the others are counted.
+    const MOST_PLACES: usize = 3;
 
-    /// Adds a warning, unless the list has a warning with the same message. If the list is full,
-    /// the warning is only counted.
-    pub fn add(&mut self, code: fault::FaultKind, message: impl Into<String>) {
+    /// Adds a warning, unless there was one with the same message. If the list is full, or has
+    /// enough warnings with this text, the warning is only counted.
+    pub fn add(&mut self, kind: fault::FaultKind, message: impl Into<String>) {
         let message = message.into();
-        if self.list.iter().any(|(_, text)| *text == message) {
+        let mut hasher = DefaultHasher::new();
+        message.hash(&mut hasher);
+        if !self.known.insert(hasher.finish()) {
             return;
         }
-        if self.list.len() < Self::MOST {
-            self.list.push((code, message));
-        } else {
-            self.left_out += 1;
+        let (place, text) = match message.split_once("]: ") {
+            Some((place, text)) => (format!("{place}]"), text.to_owned()),
+            None => (String::new(), message),
+        };
+        let is_equal = |i: &usize| !place.is_empty() && self.list[*i].text == text;
+        let equal: Vec<usize> = (0..self.list.len()).filter(is_equal).collect();
+        match equal.last() {
+            Some(&last) if equal.len() == Self::MOST_PLACES => self.list[last].more += 1,
+            _ if self.list.len() < Self::MOST => self.list.push(ListedWarning {
+                kind,
+                place,
+                text,
+                more: 0,
+            }),
+            _ => self.left_out += 1,
         }
     }
 
@@ -236,17 +265,24 @@ impl Warnings {
     /// Returns the warnings about a file. Omitted warnings are counted in a final warning.
     pub fn into_warnings(mut self, file: impl fmt::Display) -> Vec<fault::Fault> {
         if self.left_out > 0 {
-            self.list.push((
-                fault::FaultKind::More,
-                format!(
-                    "{} more warnings about the file are not shown",
-                    self.left_out
-                ),
-            ));
+            let rest = format!(
+                "{} more warnings about the file are not shown",
+                self.left_out
+            );
+            self.list.push(ListedWarning {
+                kind: fault::FaultKind::More,
+                place: String::new(),
+                text: rest,
+                more: 0,
+            });
         }
-        self.list
-            .into_iter()
-            .map(|(kind, message)| kind.in_file(&file, message))
+        let message = |listed: &ListedWarning| match (listed.place.as_str(), listed.more) {
+            ("", _) => listed.text.clone(),
+            (place, 0) => format!("{place}: {}", listed.text),
+            (place, more) => format!("{place} and {more} others: {}", listed.text),
+        };
+        let list = self.list.iter();
+        list.map(|listed| listed.kind.in_file(&file, message(listed)))
             .collect()
     }
 }

@@ -8,11 +8,11 @@ use raywright_core::effects::{
     Effect, EffectAssessment, EffectReport, EffectStatus, assess_effects,
 };
 use raywright_core::ladder::{CurrentRung, current_rungs};
-use raywright_core::scene::Sky;
+use raywright_core::scene::{Shape, Sky};
 use raywright_core::settings::SkyChoice;
 use raywright_core::{Observer, Scene, Settings, prepare_for_previews};
 use raywright_io::report::{effect_section, format_duration};
-use raywright_io::{Limits, LoadedScene, SourceInfo};
+use raywright_io::{Limits, LoadedScene};
 use serde::Serialize;
 
 use crate::args::ExplainArgs;
@@ -42,7 +42,7 @@ pub fn run(mut session: Session, args: &ExplainArgs) -> Result<(), Failure> {
     console::print(match args.json {
         true => format_json(&loaded, &found, costs.as_ref()),
         false => {
-            format_effects(&loaded.source, report, verbosity == Verbosity::Verbose)
+            format_effects(&loaded, report, verbosity == Verbosity::Verbose)
                 + &format_rungs(ladders)
                 + &found
                     .openings
@@ -196,10 +196,10 @@ fn format_json(
 
 /// Formats the effects of a scene: first the simulated, then the left out, then the absent effects.
 /// Absent effects are listed by name, or with their reasons if `in_full`.
-pub fn format_effects(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String {
+pub fn format_effects(loaded: &LoadedScene, report: &EffectReport, in_full: bool) -> String {
     let mut text = format!(
         "{}\n{}\n",
-        source.name,
+        loaded.source.name,
         wrap_paragraph(&format!(
             "integrator {} ({})",
             report.integrator, report.because
@@ -238,7 +238,7 @@ pub fn format_effects(source: &SourceInfo, report: &EffectReport, in_full: bool)
             text += &format!("\n{title}\n");
             effects
                 .iter()
-                .for_each(|effect| text += &format_effect_finding(effect, source, width));
+                .for_each(|effect| text += &format_effect_finding(effect, loaded, width));
         }
     }
     text
@@ -284,10 +284,11 @@ fn format_rungs(ladders: &[CurrentRung]) -> String {
 
 /// Formats an effect with its reason and, in lines below, its location in the scene file and
 /// advice. Names are padded to `width` characters.
-fn format_effect_finding(finding: &EffectAssessment, source: &SourceInfo, width: usize) -> String {
+fn format_effect_finding(finding: &EffectAssessment, loaded: &LoadedScene, width: usize) -> String {
+    let source = &loaded.source;
     let from = finding.source.as_ref().map(|path| match source.text {
         Some(_) => format!("from {path}, {}", source.format_value_position(path)),
-        None => format!("from {path}"),
+        None => format!("from {}", name_model_part(&loaded.scene, path)),
     });
     let hint = finding.hint.as_ref().map(|hint| format!("hint: {hint}"));
     let (name, because) = (finding.effect.name(), mask_to_one_line(&finding.because));
@@ -301,4 +302,44 @@ fn format_effect_finding(finding: &EffectAssessment, source: &SourceInfo, width:
         );
     }
     text
+}
+
+/// Names a part of a model's scene in the words of the model's file: node, mesh and material. A
+/// part without a name keeps its path in the scene.
+fn name_model_part(scene: &Scene, path: &str) -> String {
+    let (list, rest) = path.split_once('[').unwrap_or((path, ""));
+    let (index, key) = rest.split_once(']').unwrap_or_default();
+    let index = index.parse().unwrap_or(usize::MAX);
+    let material = |name| ("material", name);
+    let parts: Vec<(&str, &String)> = match list {
+        "objects" => (scene.objects.get(index).into_iter())
+            .flat_map(|object| {
+                let mesh = match &object.shape {
+                    Shape::Mesh(mesh) => Some(("mesh", mesh)),
+                    _ => None,
+                };
+                let node = [("node", &object.name)].into_iter().chain(mesh);
+                node.chain([material(&object.material)])
+            })
+            .collect(),
+        "materials" => (scene.materials.get(index).into_iter())
+            .map(|item| material(&item.name))
+            .collect(),
+        "lights" => (scene.lights.get(index).into_iter())
+            .map(|light| ("light", &light.name))
+            .collect(),
+        _ => Vec::new(),
+    };
+    let named = parts.iter().filter(|(_, name)| !name.is_empty());
+    let named: Vec<String> = named
+        .map(|(kind, name)| format!("{kind} `{name}`"))
+        .collect();
+    if named.is_empty() {
+        return path.to_owned();
+    }
+    let key = match (list, key.rsplit('.').next()) {
+        ("materials", Some(key)) if !key.is_empty() => format!(", {key}"),
+        _ => String::new(),
+    };
+    named.join(", ") + &key
 }

@@ -185,6 +185,17 @@ fn flat_and_open_things_are_seen_from_their_front() {
             ..ViewAngles::DEFAULT
         }
     );
+    // An island with palms is no drawing, though it is as thin as one.
+    let palms: Vec<_> = (0..20)
+        .map(|i| front(0.0).map(|[x, y, _]| [0.01 * x + 0.02 * f64::from(i), 0.01 * y, 0.1]))
+        .collect();
+    assert_eq!(
+        view(&[&[lying(0.0)], palms.as_slice()].concat()),
+        ViewAngles {
+            elevation: 40.0,
+            ..ViewAngles::DEFAULT
+        }
+    );
     assert_eq!(
         view(&[front(0.1), flipped(front(-0.1))]),
         at(0.0, 0.0),

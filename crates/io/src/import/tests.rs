@@ -71,3 +71,30 @@ fn counts_agree_with_their_nouns() {
     let counts = [0, 1, 2].map(|count| format_count(count, "joint"));
     assert_eq!(counts, ["0 joints", "1 joint", "2 joints"]);
 }
+
+/// Protects: of warnings that differ only in their place, three are listed, and the others are
+/// counted; the same warning twice counts once.
+#[test]
+fn equal_warnings_are_listed_once() {
+    let mut warnings = Warnings::default();
+    for i in (0..49).chain(0..49) {
+        warnings.add(fault::FaultKind::Format, format!("materials[{i}]: is odd"));
+        warnings.add(
+            fault::FaultKind::Format,
+            format!("materials[{i}]: has {i} layers"),
+        );
+    }
+    let listed = warnings.into_warnings("f");
+    let odd: Vec<&str> = (listed.iter().map(|warning| warning.message.as_str()))
+        .filter(|message| message.ends_with("is odd"))
+        .collect();
+    assert_eq!(
+        odd,
+        [
+            "f: materials[0]: is odd",
+            "f: materials[1]: is odd",
+            "f: materials[2] and 46 others: is odd"
+        ]
+    );
+    assert_eq!(listed.len(), 3 + 49);
+}

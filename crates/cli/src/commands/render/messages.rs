@@ -28,7 +28,7 @@ use crate::targets::OutputTarget;
 
 /// Warns of the effects that are left out, and prints all effects in verbose runs.
 pub fn note_effects(loaded: &LoadedScene, report: &EffectReport, notes: &mut Notes) {
-    notes.print_detail(explain::format_effects(&loaded.source, report, false));
+    notes.print_detail(explain::format_effects(loaded, report, false));
     let names: Vec<&str> = report
         .left_out()
         .map(|finding| finding.effect.name())
