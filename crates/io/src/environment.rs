@@ -204,7 +204,7 @@ fn load_sky_picture(
     warnings.extend(
         remarks
             .into_iter()
-            .map(|remark| remark_kind(repaired).in_file(path.display(), remark)),
+            .map(|remark| image_file::remark_kind(repaired).in_file(path.display(), remark)),
     );
     let path = path.display().to_string();
     set_sky_picture(scene, path, Arc::new(image), repaired);

@@ -457,7 +457,7 @@ fn values_of_parameters_count() {
         assert!(!different[..i].contains(one), "{i}");
     }
     assert_eq!(
-        load(&[("a", 2.0), ("b", 5.0), ("a", 3.0)]).scene.parameters["a"],
+        load(&[("a", 2.0), ("b", 5.0), ("a", 3.0)]).scene.parameters["a"].value,
         3.0
     );
 }

@@ -82,7 +82,8 @@ fn read_images(
         } = data.map_err(|fault| image_error(parsed, i, &fault))?;
         let name = &parsed.scene.images[i].name;
         warnings.extend(remarks.into_iter().map(|remark| {
-            remark_kind(repaired).in_file(parsed.file, format!("image `{name}` {remark}"))
+            image_file::remark_kind(repaired)
+                .in_file(parsed.file, format!("image `{name}` {remark}"))
         }));
         (parsed.scene.images[i].data, parsed.scene.images[i].mended) =
             (Some(Arc::new(image)), repaired);

@@ -142,7 +142,7 @@ fn planes_through_faces_leave_no_film() {
     leaves(&body, "x=0.3", &[whole]);
     leaves(&body, "-x=0.1", &[whole]);
     let beyond = left(&body, "x=7");
-    assert!((beyond.0[0] - whole).abs() < 1e-5 && beyond.1 == [WarningCode::Section]);
+    assert!((beyond.0[0] - whole).abs() < 1e-5 && beyond.1 == [FaultKind::Section]);
     for nothing in ["x=0.1", "-x=0.3", "y=-1", "z=0%", "-z=100%"] {
         assert_eq!(
             left(&body, nothing),
