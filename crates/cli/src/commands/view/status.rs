@@ -54,7 +54,7 @@ pub fn scene_status(subject: &ViewedScene) -> Value {
         .or(depends_on_time(loaded).then_some(DEFAULT_LENGTH));
     let cameras: Vec<&String> = scene.cameras.iter().map(|camera| &camera.name).collect();
     let animations: Vec<&String> = contents.animations.iter().map(|item| &item.name).collect();
-    let notes: Vec<&String> = loaded.warnings.iter().map(|item| &item.message).collect();
+    let notes: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
     json!({
         "name": loaded.source.name,
         "cameras": cameras,
