@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Disk, Ellipsoid, Sphere, Torus};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, GeometryError, Interval, PrimitiveSet, Ray,
-    TraversalStats, Visibility,
+    AcceleratorKind, BuildQuality, Geometry, GeometryError, Hit, Interval, Occlusion, PrimitiveSet,
+    Ray, TraversalStats, Visibility,
 };
 
 use super::{ASKED, QueryRng, kinds, mixed, triangles};
@@ -57,6 +57,41 @@ fn t11_coincident_primitives() {
                 "{count} {name}"
             );
         }
+    }
+}
+
+/// Protects: hits at one distance are all visited, whatever shadows their objects cast, once each and
+/// within the range alone, until the visitor ends the visit.
+#[test]
+fn hits_in_one_place_are_all_visited() {
+    for kind in kinds().chain([AcceleratorKind::Linear]) {
+        let mut group = PrimitiveSet::<f32>::default();
+        for occlusion in [Occlusion::Opaque, Occlusion::None, Occlusion::Filtered] {
+            let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+            let visibility = Visibility {
+                occlusion,
+                ..Visibility::default()
+            };
+            for z in [0.0, -1.0] {
+                let corners = corners.map(|corner| corner + Vec3::Z * z);
+                group.add_triangle(corners, visibility).expect("a triangle");
+            }
+        }
+        let geometry = Geometry::new(group, kind);
+        let ray = Ray::new(Vec3::new(0.25, 0.25, 3.0), Vec3::NEG_Z);
+        let visited = |max: f32, most: usize| {
+            let mut objects = Vec::new();
+            let mut visit = |hit: &Hit<f32>| {
+                objects.push(hit.object);
+                objects.len() == most
+            };
+            geometry.visit_hits(&ray, Interval { min: 2.5, max }, &mut visit);
+            objects.sort_unstable();
+            objects
+        };
+        assert_eq!(visited(3.5, 9), [0, 2, 4], "{kind:?}");
+        assert_eq!(visited(4.5, 9), [0, 1, 2, 3, 4, 5], "{kind:?}");
+        assert_eq!(visited(4.5, 2).len(), 2, "{kind:?}");
     }
 }
 

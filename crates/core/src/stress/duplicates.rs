@@ -32,7 +32,7 @@ struct Coincidence {
     count: u64,
     /// Greatest number of objects in one place.
     most: u64,
-    /// Offset of the first such copy from the first copy of its generator.
+    /// Offset of the first such copy from the copy that stands for its generator.
     offset: DVec3,
 }
 
@@ -61,7 +61,7 @@ impl SceneFacts<'_> {
                 || vec![DVec3::ZERO],
                 |kind| generator_offsets(kind).collect(),
             );
-            for offset in offsets.iter().map(|offset| *offset - offsets[0]) {
+            for offset in offsets.iter().map(|offset| *offset - object.offset) {
                 let place = places.entry(place_key(object, offset)).or_default();
                 let is_alike = |(first, _): &(usize, u64)| are_alike(&self.objects[*first], object);
                 let index = place.iter().position(is_alike).unwrap_or(place.len());

@@ -5,6 +5,7 @@ use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::{Geometry, Motion, Shape as _};
 
 use super::duplicates::DuplicateObjects;
+use super::views::nearest_to_camera;
 use super::*;
 use crate::affine::affine_from_steps;
 use crate::generate::{count_generated_objects, generator_offsets};
@@ -53,11 +54,12 @@ pub(super) struct ObjectFacts<'a> {
     /// The material, with its index in the scene's list.
     pub material: Option<(usize, &'a Material)>,
     surface_kind: SurfaceKind,
-    /// Transform from object to world space when the first camera's shutter opens; for a generator,
-    /// that of its first object.
+    /// Transform from object to world space when the first camera's shutter opens. Of a generator's
+    /// copies, the one that is nearest to a camera, and in view if one is, stands for all.
     pub object_to_world: DAffine3,
-    /// World-space bounding box of the object, or of a generator's first object. `None` if
-    /// unbounded.
+    /// Offset of that copy; zero for a listed object.
+    pub offset: DVec3,
+    /// World-space bounding box. `None` if unbounded.
     pub bounds: Option<Aabb>,
     /// The mesh, with its index in the scene's list.
     pub mesh: Option<(usize, &'a MeshData)>,
@@ -137,14 +139,13 @@ impl<'a> SceneFacts<'a> {
     pub fn new(scene: &'a Scene, settings: &'a Settings, bounds: Aabb) -> Self {
         let lookup = SceneLookup::new(scene);
         let opening = scene.cameras.first().map_or(0.0, shutter_opening);
-        let listed = scene.objects.iter().map(|object| (object, DVec3::ZERO));
-        let generated = scene.generators.iter().map(|generator| {
-            let first = generator_offsets(&generator.kind).next();
-            (&generator.object, first.unwrap_or_default())
-        });
+        let views = CameraView::list(scene, settings);
+        let listed = scene.objects.iter().map(|object| (object, None));
+        let generators = scene.generators.iter();
+        let generated = generators.map(|generator| (&generator.object, Some(&generator.kind)));
         let mut mesh_bounds = HashMap::new();
         let all = listed.chain(generated).enumerate();
-        let objects = all.map(|(index, (object, position))| {
+        let objects = all.map(|(index, (object, generator))| {
             let material = lookup.material(&object.material);
             let mesh = lookup.mesh_index(&object.shape);
             let own = object_transforms_at_ends(object).and_then(|ends| Motion::new(ends).ok());
@@ -159,12 +160,21 @@ impl<'a> SceneFacts<'a> {
                 surface_kind: material.map_or(SurfaceKind::Opaque, |(_, material)| {
                     SurfaceKind::from_material(material)
                 }),
-                object_to_world: DAffine3::from_translation(position) * own,
+                object_to_world: own,
+                offset: DVec3::ZERO,
                 bounds: None,
                 mesh: mesh
                     .and_then(|mesh| Some((mesh, &**lookup.mesh_data(&scene.meshes[mesh].name)?))),
             };
-            facts.bounds = object_bounds(&facts, facts.object_to_world, &mut mesh_bounds);
+            facts.bounds = object_bounds(&facts, own, &mut mesh_bounds);
+            if let Some(kind) = generator {
+                let centre = facts.centre().unwrap_or(own.translation);
+                let copies = generator_offsets(kind).map(|offset| (offset, centre + offset));
+                let nearest = nearest_to_camera(&views, copies);
+                facts.offset = nearest.map_or(DVec3::ZERO, |(offset, _)| offset);
+                facts.object_to_world = DAffine3::from_translation(facts.offset) * own;
+                facts.bounds = object_bounds(&facts, facts.object_to_world, &mut mesh_bounds);
+            }
             facts
         });
         let objects = objects.collect();
@@ -180,7 +190,7 @@ impl<'a> SceneFacts<'a> {
             lookup,
             objects,
             bounds,
-            views: CameraView::list(scene, settings),
+            views,
             topologies: BTreeMap::new(),
             duplicates: DuplicateObjects::default(),
             first_generated_indices: starts.collect(),

@@ -197,7 +197,7 @@ impl SceneFacts<'_> {
             let (width, before) = (bounds.extent().length(), small.len());
             let centres = offsets
                 .iter()
-                .map(|offset| bounds.centre() + *offset - offsets[0]);
+                .map(|offset| bounds.centre() + *offset - object.offset);
             small.extend(
                 centres
                     .filter(|&centre| {

@@ -108,7 +108,7 @@ impl SceneFacts<'_> {
         };
         let minimum = self.min_separation_at(covered.position);
         let lies = match covered.gap {
-            0.0 => format!("it lies in one plane with {others}"),
+            0.0 => format!("it lies in one place with {others}"),
             gap => format!(
                 "it lies only {} from {others}, while the precision there separates surfaces that are {} or more apart",
                 format_metres(gap),

@@ -190,7 +190,10 @@ impl CameraResults {
             .clone()
             .filter_map(|leak| facts.leaking_pair(leak))
             .collect();
-        let is_told = |pair| facts.duplicates.are_duplicates(pair) || leaking.contains(&pair);
+        let is_told = |pair| {
+            let is_gap = leaking.contains(&pair) || self.gaps.contains(&pair);
+            is_gap || facts.duplicates.are_duplicates(pair)
+        };
         let storage = match facts.settings.precision {
             PrecisionChoice::Robust => facts.check_storage::<f32>(ready, &survey, exact.as_ref()),
             PrecisionChoice::Reference => facts.check_storage::<f64>(ready, &survey, None),

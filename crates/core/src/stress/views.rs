@@ -109,12 +109,7 @@ impl SceneFacts<'_> {
     /// first value is 1 if no camera has the position in view. The second is the distance to the
     /// nearest eye, in metres.
     pub fn view_distance_key(&self, position: DVec3) -> (u8, f64) {
-        let keys = self.views.iter().map(|view| {
-            let is_out = view.project_point(position).is_none();
-            (u8::from(is_out), view.distance_from_eye(position))
-        });
-        keys.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
-            .unwrap_or((1, f64::INFINITY))
+        view_distance_key(&self.views, position)
     }
 
     /// Returns the item whose position is nearest to a camera. Positions in view come first.
@@ -122,12 +117,7 @@ impl SceneFacts<'_> {
         &self,
         places: impl IntoIterator<Item = (T, DVec3)>,
     ) -> Option<(T, DVec3)> {
-        let keyed = places
-            .into_iter()
-            .map(|place| (self.view_distance_key(place.1), place));
-        keyed
-            .min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
-            .map(|(_, nearest)| nearest)
+        nearest_to_camera(&self.views, places)
     }
 
     /// Returns whether some camera has a position in its picture.
@@ -165,4 +155,25 @@ impl SceneFacts<'_> {
         let reach = position.abs().max_element() + rays.fold(0.0, f64::max);
         ROUNDINGS * self.unit_roundoff() * reach
     }
+}
+
+fn view_distance_key(views: &[CameraView], position: DVec3) -> (u8, f64) {
+    let keys = views.iter().map(|view| {
+        let is_out = view.project_point(position).is_none();
+        (u8::from(is_out), view.distance_from_eye(position))
+    });
+    keys.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
+        .unwrap_or((1, f64::INFINITY))
+}
+
+/// Returns the item whose position is nearest to a camera, as [`SceneFacts::nearest_to_camera`].
+pub(super) fn nearest_to_camera<T>(
+    views: &[CameraView],
+    places: impl IntoIterator<Item = (T, DVec3)>,
+) -> Option<(T, DVec3)> {
+    let places = places.into_iter();
+    let keyed = places.map(|place| (view_distance_key(views, place.1), place));
+    keyed
+        .min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
+        .map(|(_, nearest)| nearest)
 }

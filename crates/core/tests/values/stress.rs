@@ -152,6 +152,12 @@ fn names_are_names() {
             .iter()
             .all(|name| name.chars().all(|c| c.is_ascii_lowercase() || c == '-'))
     );
+    assert!(
+        names
+            .iter()
+            .zip(FaultKind::ALL)
+            .all(|(name, kind)| FaultKind::from_name(name) == Some(*kind))
+    );
     names.sort_unstable();
     names.dedup();
     assert_eq!(names.len(), FaultKind::ALL.len());

@@ -118,9 +118,9 @@ fn a_rug_that_is_too_near() {
     for (y, is_mesh, words) in [
         (1e-8, false, "1e-8 metres"),
         (1e-7, false, "1e-7 metres"),
-        (0.0, false, "one plane"),
+        (0.0, false, "one place"),
         (1e-8, true, "1e-8 metres"),
-        (0.0, true, "one plane"),
+        (0.0, true, "one place"),
     ] {
         let (floor, floor_mesh) = sheet(5.0, 0.0, is_mesh, "floor");
         let (rug, rug_mesh) = sheet(1.0, y, is_mesh, "rug");
@@ -156,6 +156,50 @@ fn a_rug_that_is_too_near() {
             assert_eq!(listed(&exact), [], "{y}");
         }
     }
+}
+
+/// Protects: a label of the radius of its bottle, which the bottle hides as the first in the file, is
+/// lost; as the first itself it is seen, which is harmless.
+#[test]
+fn a_label_of_the_radius_of_its_bottle() {
+    let cylinder = |base: f64, height: f64| {
+        let axis = [0, 1, 0];
+        json!({ "cylinder": { "base": [0, base, 0], "axis": axis, "radius": 0.8, "height": height } })
+    };
+    let mut objects = [
+        object("bottle", cylinder(-1.0, 2.0), "paint"),
+        object("label", cylinder(-0.4, 0.8), "other"),
+    ];
+    let hidden = alone(
+        &scene(&json!({ "objects": objects })),
+        FaultKind::CoplanarSurfaces,
+        PictureWrong,
+    );
+    assert!(
+        hidden
+            .message
+            .starts_with("it lies in one place with object `bottle`"),
+        "{hidden:?}"
+    );
+    objects.reverse();
+    let seen = scene(&json!({ "objects": objects }));
+    alone(&seen, FaultKind::CoplanarSurfaces, Harmless);
+}
+
+/// Protects: a copy in view stands for its generator, whose first copy is behind the camera: the
+/// fault has the pixel of that copy.
+#[test]
+fn a_copy_in_view_stands_for_its_generator() {
+    let flat = cube([0.0; 3], |_, i| i.push([7, 7, 7]));
+    let grid = json!({ "counts": [1, 1, 2], "origin": [0, 0, 20], "step": [0, 0, -20] });
+    let cube = object("cube", json!({ "mesh": "cube" }), "paint");
+    let finding = one(
+        &scene(&json!({
+            "meshes": [flat], "objects": [], "generators": [{ "kind": { "grid": grid }, "object": cube }],
+        })),
+        FaultKind::DegenerateTriangles,
+    );
+    assert!(finding.pixel.is_some(), "{finding:?}");
 }
 
 /// Protects: of two objects in one place, the reason says that the first in the file is seen.
