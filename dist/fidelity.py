@@ -132,7 +132,7 @@ h1 { font-size: 24px } h2 { font-size: 18px; margin: 40px 0 8px } p { max-width:
 .row { display: flex; flex-wrap: wrap; gap: 14px } figure { margin: 0; width: min(224px, calc(50% - 7px)) } figure.ours { width: min(384px, 100%) }
 img { width: 100%; display: block; background: var(--back); border-radius: 4px } figcaption { font-size: 13px; margin-top: 4px } b { color: var(--ink); font-weight: 600 }
 img.map { margin-top: 4px } .scroll { overflow-x: auto } table { border-collapse: collapse; font-variant-numeric: tabular-nums }
-th, td { text-align: right; padding: 3px 12px 3px 0; border-bottom: 1px solid var(--line); white-space: nowrap } th:first-child, td:first-child { text-align: left }
+th, td { text-align: right; padding: 3px 10px 3px 0; border-bottom: 1px solid var(--line); white-space: nowrap } th:first-child, td:first-child { text-align: left }
 th { font-weight: 600 } svg { width: 100%; height: 22px; display: block; margin-top: 4px } a { color: var(--bar) } code { overflow-wrap: anywhere; font-size: 12px }
 '''
 
@@ -173,7 +173,7 @@ def page(results, a):
     middle = lambda rows, key: statistics.median(row[key] for row in rows)
     ranked = sorted(renderers.items(), key=lambda item: middle(item[1], 'codes'))
     table = ''.join(f'<tr><td>{html.escape(name)}</td><td>{len(rows)}</td><td>{middle(rows, "codes"):.1f}</td><td>{middle(rows, "units"):.1f}</td></tr>' for name, rows in ranked)
-    table = f'''<h2>Renderers</h2><div class="scroll"><table><tr><th>renderer</th><th>pictures</th><th>codes</th><th>× our error</th></tr>{table}</table></div>
+    table = f'''<h2>Renderers</h2><div class="scroll"><table><tr><th>renderer</th><th>pictures</th><th>codes</th><th>× error</th></tr>{table}</table></div>
 <p class="soft">Medians of distances from our pictures. A distance is the root mean square difference of 8-bit codes where both pictures are opaque, without the share that our
 noise has in it. Our error in codes is the standard error of a pixel, carried through the tone map: a distance below 1 × our error is less than the noise of our pixels. Maps
 are black up to our error and white at a hundred times that. A distance tells who differs, not who is wrong: the renderers do not all simulate the same model.</p>''' if ranked else ''
