@@ -1,10 +1,10 @@
 """Ground truth for the Khronos render fidelity set: each of its scenarios rendered to a stated error, all on one page.
 
     python3 -m venv venv && venv/bin/pip install numpy pillow OpenEXR
-    venv/bin/python dist/fidelity.py test/config.json OUT --ours target/release/raywright --pictures test/goldens
+    venv/bin/python dist/fidelity.py test/config.json OUT --ours target/release/raywright --files . --pictures test/goldens
 
-`test/config.json` and `test/goldens` are of the repository KhronosGroup/glTF-Render-Fidelity-Generator. Its models and skies lie where its
-paths lead from that file, or below the folders of --files. OUT/index.html shows each picture above its error with a 95 % interval; beside it,
+`test/config.json` and `test/goldens` are of the repository KhronosGroup/glTF-Render-Fidelity-Generator, and its models and skies lie below the
+folders of --files. OUT/index.html shows each picture above its error with a 95 % interval; beside it,
 where --pictures is given, the pictures of other renderers with their distance from ours, in 8-bit codes and in units of our own error.
 What was rendered with the same command before is kept, so that a run can be ended and started again.
 """

@@ -1,4 +1,4 @@
-//! Ray queries on arrays: closest hits and occlusion.
+//! Ray queries on arrays: closest hits, all hits and occlusion.
 
 use std::sync::Arc;
 
@@ -6,7 +6,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 use rayon::prelude::*;
 use raywright_bvh::{
-    AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
+    AcceleratorKind, Geometry, Hit, Interval, Occlusion, PrimitiveSet, Ray, Real, Vector,
+    Visibility,
 };
 use raywright_cli::failure::{Exit, Failure};
 use raywright_core::Observer;
@@ -41,6 +42,14 @@ impl AnyPrecisionBvh {
         }
     }
 
+    /// Returns all hits of each ray.
+    fn all_hits(&self, rays: &RayBatch, watch: &WorkMonitor) -> Result<RayHits, Failure> {
+        match self {
+            Self::Robust(geometry) => rays.all_hits(geometry, watch),
+            Self::Reference(geometry) => rays.all_hits(geometry, watch),
+        }
+    }
+
     /// Returns for each ray whether anything is hit.
     fn occluded(&self, rays: &RayBatch, watch: &WorkMonitor) -> Result<Vec<bool>, Failure> {
         match self {
@@ -50,13 +59,37 @@ impl AnyPrecisionBvh {
     }
 }
 
-/// Closest hit of each ray: distance in lengths of the direction, index of the triangle, and two
+/// Hits: index of the ray, distance in lengths of its direction, index of the triangle, and two
 /// barycentric coordinates.
 #[derive(Default)]
 struct RayHits {
+    ray: Vec<i64>,
     t: Vec<f64>,
     triangle: Vec<i64>,
     uv: Vec<f64>,
+}
+
+impl RayHits {
+    /// Adds a hit of a ray, or that it hits nothing.
+    fn push<R: Real>(&mut self, ray: usize, hit: Option<Hit<R>>) {
+        self.ray.push(ray as i64);
+        self.t.push(hit.map_or(f64::INFINITY, |hit| hit.t.to_f64()));
+        self.triangle
+            .push(hit.map_or(-1, |hit| i64::from(hit.primitive)));
+        self.uv
+            .extend(hit.map_or([f64::NAN; 2], |hit| [hit.u.to_f64(), hit.v.to_f64()]));
+    }
+
+    /// Returns the columns as NumPy arrays: ray, distance, triangle and barycentric coordinates.
+    fn into_arrays(self, py: Python<'_>) -> PyResult<[Bound<'_, PyAny>; 4]> {
+        let count = self.t.len();
+        Ok([
+            Array::new(ArrayData::Integers(self.ray), &[count]).copy(py)?,
+            Array::new(ArrayData::Doubles(self.t), &[count]).copy(py)?,
+            Array::new(ArrayData::Integers(self.triangle), &[count]).copy(py)?,
+            Array::new(ArrayData::Doubles(self.uv), &[count, 2]).copy(py)?,
+        ])
+    }
 }
 
 /// Rays of a query: origin and direction as six numbers per ray, and the range of distances common
@@ -106,12 +139,36 @@ impl RayBatch {
             geometry.closest(ray, range, &mut ())
         })?;
         let mut hits = RayHits::default();
-        for hit in found_hits {
-            hits.t.push(hit.map_or(f64::INFINITY, |hit| hit.t.to_f64()));
-            hits.triangle
-                .push(hit.map_or(-1, |hit| i64::from(hit.primitive)));
-            hits.uv
-                .extend(hit.map_or([f64::NAN; 2], |hit| [hit.u.to_f64(), hit.v.to_f64()]));
+        for (ray, hit) in found_hits.into_iter().enumerate() {
+            hits.push(ray, hit);
+        }
+        Ok(hits)
+    }
+
+    /// Hits come in the order of rays, and of each ray by distance and triangle.
+    fn all_hits<R: Real>(
+        &self,
+        geometry: &Geometry<R>,
+        watch: &WorkMonitor,
+    ) -> Result<RayHits, Failure> {
+        let found_hits = self.map_rays(watch, |ray: &Ray<R>, range| {
+            let mut hits = Vec::new();
+            let mut collect = |hit: &Hit<R>| {
+                hits.push(*hit);
+                false
+            };
+            geometry.occluded(ray, range, &mut collect, &mut ());
+            hits.sort_by(|a, b| {
+                let distance = a.t.to_f64().total_cmp(&b.t.to_f64());
+                distance.then(a.primitive.cmp(&b.primitive))
+            });
+            hits
+        })?;
+        let mut hits = RayHits::default();
+        for (ray, own) in found_hits.into_iter().enumerate() {
+            for hit in own {
+                hits.push(ray, Some(hit));
+            }
         }
         Ok(hits)
     }
@@ -151,8 +208,12 @@ fn build_tree<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R
         .map(value_of)
         .collect::<Result<Vec<_>, _>>()?;
     let mut set = PrimitiveSet::default();
-    set.add_mesh(triangles, Visibility::default())
-        .map_err(invalid_array)?;
+    // Filtered: `all_hits` sees each hit.
+    let visibility = Visibility {
+        occlusion: Occlusion::Filtered,
+        ..Visibility::default()
+    };
+    set.add_mesh(triangles, visibility).map_err(invalid_array)?;
     Ok(Geometry::new(set, AcceleratorKind::default()))
 }
 
@@ -295,15 +356,31 @@ impl Bvh {
             pair_rays(origins, directions, [tmin, tmax])?,
             Arc::clone(&self.0),
         );
-        let RayHits { t, triangle, uv } =
-            work::run_work(py, threads, None, move |watch| tree.closest(&rays, watch))?;
-        let count = t.len();
-        let arrays = [
-            Array::new(ArrayData::Doubles(t), &[count]).copy(py)?,
-            Array::new(ArrayData::Integers(triangle), &[count]).copy(py)?,
-            Array::new(ArrayData::Doubles(uv), &[count, 2]).copy(py)?,
-        ];
-        PyTuple::new(py, arrays)
+        let hits = work::run_work(py, threads, None, move |watch| tree.closest(&rays, watch))?;
+        PyTuple::new(py, &hits.into_arrays(py)?[1..])
+    }
+
+    /// All hits of each ray with tmin < t < tmax, in the order of the rays, and of each ray by
+    /// distance.
+    ///
+    /// Returns (ray, t, triangle, uv): one entry a hit, with the index of its ray, int64, and the
+    /// rest as `closest` returns them. A ray through a common edge may meet both triangles.
+    #[pyo3(signature = (origins, directions, *, tmin = 0.0, tmax = f64::INFINITY, threads = None))]
+    fn all_hits<'py>(
+        &self,
+        origins: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
+        tmin: f64,
+        tmax: f64,
+        threads: Option<u32>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let (py, rays, tree) = (
+            origins.py(),
+            pair_rays(origins, directions, [tmin, tmax])?,
+            Arc::clone(&self.0),
+        );
+        let hits = work::run_work(py, threads, None, move |watch| tree.all_hits(&rays, watch))?;
+        PyTuple::new(py, hits.into_arrays(py)?)
     }
 
     /// Whether each ray has any hit with tmin < t < tmax: bool of shape (n,).

@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBool, PyDict};
 use raywright_cli::embedded::{ComparisonPicture, EmbeddedCommand, load};
 use raywright_cli::failure::Failure;
-use raywright_core::Observer;
+use raywright_core::settings::Sampling;
+use raywright_core::{Observer, Settings};
 use raywright_io::{Input, LoadOptions, LoadedScene};
 
 use crate::failure::to_exception;
@@ -191,17 +192,28 @@ impl Scene {
     /// whether noise is filtered out. seed: of the random numbers. background: "env", "transparent"
     /// or a colour. layers: contents of `Picture.layers` besides depth, of albedo, normal,
     /// position, emission, object, material, samples, stderr. threads: number of threads, without
-    /// effect on the picture. progress: called with the finished share, from 0 to 1.
+    /// effect on the picture. progress: called with the finished share, from 0 to 1; or True, which
+    /// shows the picture as it comes, with its error, in the cell of a notebook, and a line of text
+    /// elsewhere.
     #[pyo3(signature = (*, layers = None, progress = None, **keywords),
         text_signature = "($self, *, size=None, view=None, at=None, max_error=None, spp=None, denoise=False, seed=None, background=None, \
         layers=('depth',), threads=None, progress=None, **flags)")]
-    fn render(
-        &self,
-        py: Python<'_>,
-        layers: Option<Bound<'_, PyAny>>,
-        progress: Option<Bound<'_, PyAny>>,
-        keywords: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Picture> {
+    fn render<'py>(
+        scene: &Bound<'py, Self>,
+        layers: Option<Bound<'py, PyAny>>,
+        progress: Option<Bound<'py, PyAny>>,
+        keywords: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (py, source) = (scene.py(), Arc::clone(&scene.get().0));
+        let is_shown = progress
+            .as_ref()
+            .and_then(|progress| progress.cast::<PyBool>().ok())
+            .map(|shown| shown.is_true());
+        if is_shown == Some(true) {
+            let show = py.import("raywright._progress")?.getattr("render")?;
+            return show.call((scene, layers), keywords);
+        }
+        let progress = progress.filter(|_| is_shown.is_none());
         let own = PyDict::new(py);
         own.set_item(
             "layers",
@@ -210,10 +222,7 @@ impl Scene {
         if let Some(keywords) = keywords {
             own.update(keywords.as_mapping())?;
         }
-        let (request, source) = (
-            self.0.parse_command(py, "render", Some(&own))?,
-            Arc::clone(&self.0),
-        );
+        let request = source.parse_command(py, "render", Some(&own))?;
         let finished = work::run_work(
             py,
             request.thread_count(),
@@ -226,7 +235,22 @@ impl Scene {
         if let Some(progress) = progress {
             progress.call1((1.0,))?;
         }
-        Ok(Picture::new(finished))
+        Ok(Bound::new(py, Picture::new(finished))?.into_any())
+    }
+
+    /// Samples per pixel without the keyword `spp`; None under a fixed pattern.
+    #[getter]
+    fn _samples(&self) -> Option<u32> {
+        let latest = self
+            .0
+            .latest_load
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let (_, loaded) = latest.as_ref()?;
+        match Settings::from_scene(&loaded.scene).sampling {
+            Sampling::General(samples) => Some(samples),
+            Sampling::Pattern(_) => None,
+        }
     }
 
     /// The simulated, absent and left-out effects of the scene, and the current rungs of its

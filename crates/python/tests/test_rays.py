@@ -102,6 +102,42 @@ class Rays(unittest.TestCase):
             tree.closest(np.zeros((2, 3)), np.ones((3, 3)))
         self.assertEqual(len(rw.Bvh(np.zeros((0, 3)), np.zeros((0, 3), int)).occluded(below, [[0, 0, 1]])), 1)
 
+    def test_all_hits_are_those_of_every_triangle(self):
+        """Protects: all hits of a ray are those of a test of every triangle in turn, in order of distance, twice where two triangles coincide;
+        none beyond the range; none of no rays and of rays that miss."""
+        vertices, faces = sphere(2)
+        faces = np.vstack([faces, faces[7:8]])
+        origins, directions = (a.astype(float) for a in rays(2000, 5))
+        a, b, c = vertices[faces].transpose(1, 0, 2)
+        normals = np.cross(b - a, c - a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = np.einsum("rtk,tk->rt", a - origins[:, None], normals) / (directions @ normals.T)
+            points = origins[:, None] + t[..., None] * directions[:, None]
+            sides = [np.einsum("rtk,tk->rt", np.cross(q - p, points - p), normals) for p, q in ((a, b), (b, c), (c, a))]
+        depth = np.min(sides, axis=0)
+        clear = (np.abs(depth) > 1e-6).all(axis=1)
+        wanted = depth > 0
+        self.assertGreater(clear.sum(), 1900)
+        for precision in ["robust", "reference"]:
+            tree = rw.Bvh(vertices, faces, precision=precision)
+            ray, distance, triangle, uv = tree.all_hits(origins[clear], directions[clear])
+            of_ray, of_triangle = np.nonzero(wanted[clear])
+            self.assertEqual(sorted(zip(ray, triangle)), sorted(zip(of_ray, of_triangle)))
+            np.testing.assert_allclose(distance, t[clear][ray, triangle], rtol=1e-6)
+            np.testing.assert_array_equal(np.lexsort((triangle, distance, ray)), np.arange(len(ray)))
+            u, v = uv.T[..., None]
+            hit = faces[triangle]
+            points = (1 - u - v) * vertices[hit[:, 0]] + u * vertices[hit[:, 1]] + v * vertices[hit[:, 2]]
+            np.testing.assert_allclose(points, origins[clear][ray] + distance[:, None] * directions[clear][ray], atol=1e-6)
+            first = np.unique(ray, return_index=True)[1]
+            closest = tree.closest(origins[clear], directions[clear])[0]
+            np.testing.assert_array_equal(distance[first], closest[np.isfinite(closest)])
+            near = tree.all_hits(origins[clear], directions[clear], tmin=2.5, tmax=3)
+            np.testing.assert_array_equal(near[1], distance[(distance > 2.5) & (distance < 3)])
+            self.assertTrue((np.bincount(ray[triangle == 7], minlength=1) <= 1).all() and (triangle == 7).sum() == (triangle == len(faces) - 1).sum() > 0)
+            for none in (tree.all_hits(np.empty((0, 3)), np.empty((0, 3))), tree.all_hits([3, 3, 3], [1, 0, 0])):
+                self.assertEqual([column.shape for column in none], [(0,), (0,), (0,), (0, 2)])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -60,7 +60,7 @@ class Scene:
         tonemap: Optional[str] = None,
         layers: Union[str, Sequence[str], None] = ("depth",),
         threads: Optional[int] = None,
-        progress: Optional[Callable[[float], Any]] = None,
+        progress: Union[Callable[[float], Any], bool, None] = None,
         **flags: Any,
     ) -> Picture: ...
     def explain(self, **flags: Any) -> dict[str, Any]: ...
@@ -79,6 +79,15 @@ class Bvh:
         tmax: float = ...,
         threads: Optional[int] = None,
     ) -> Tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64]]: ...
+    def all_hits(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        *,
+        tmin: float = 0.0,
+        tmax: float = ...,
+        threads: Optional[int] = None,
+    ) -> Tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64]]: ...
     def occluded(
         self,
         origins: npt.ArrayLike,
