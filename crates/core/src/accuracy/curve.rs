@@ -50,7 +50,7 @@ impl Claim {
 
     /// Returns the squared error of a picture with another seed. The fewer pixels carry the error, the
     /// more does it differ from the claimed one: a sum of n squares has a relative variance of 2/n.
-    /// Light that paths hit by chance leaves the error without an upper end.
+    /// A picture that is not converged may lack light, so that its error has no upper end.
     pub fn square(&self) -> ConfidenceInterval {
         let ErrorEstimate {
             value,
@@ -66,11 +66,13 @@ impl Claim {
         let sigma = libm::hypot(claim.logarithmic_error(), seed);
         let claim = match self.doubt {
             Some(EstimateDoubt::NearlyBlack) => ConfidenceInterval::UNKNOWN,
-            Some(EstimateDoubt::LightByChance) => ConfidenceInterval {
+            None | Some(EstimateDoubt::FewSamples) => {
+                ConfidenceInterval::from_logarithm(value, sigma)
+            }
+            Some(_) => ConfidenceInterval {
                 high: f64::INFINITY,
                 ..claim
             },
-            _ => ConfidenceInterval::from_logarithm(value, sigma),
         };
         claim.map(|error| error * error)
     }
@@ -184,8 +186,8 @@ impl NoiseCurve {
             let distance = libm::log(samples / claim.samples_of_replicate());
             let value = claim.logarithm_at(samples);
             let error = libm::hypot(square.logarithmic_error(), EXPONENT_ERROR * distance);
-            // A claim of zero is exact, and has no logarithm.
-            let weight = 1.0 / (error * error).max(1e-12);
+            // A claim of zero is exact, and has no logarithm. Claims in doubt count where no other is.
+            let weight = 1.0 / (error * error).clamp(1e-12, 1e12);
             if square.high == 0.0 {
                 return (0.0, 0.0);
             }
@@ -273,14 +275,28 @@ mod tests {
         }
         let missed = NoiseCurve::new(vec![claim(4, 0.05), claim(64, 0.1)]).expect("claims");
         assert!(!missed.square(1).map(f64::sqrt).is_known());
-        let dark = Claim {
-            doubt: Some(EstimateDoubt::NearlyBlack),
-            ..claim(64, 0.1)
+        let known = |doubt: EstimateDoubt| {
+            let doubt = Some(doubt);
+            let doubted = Claim {
+                doubt,
+                ..claim(64, 0.1)
+            };
+            let curve = NoiseCurve::new(vec![doubted]).expect("a claim");
+            let (square, ratio) = (curve.square(64), curve.ratio(256, 64));
+            [
+                square.map(f64::sqrt).is_known(),
+                (ratio.value - 0.25).abs() < 0.04,
+            ]
         };
-        let by_chance = Claim {
-            doubt: Some(EstimateDoubt::LightByChance),
-            ..claim(64, 0.1)
-        };
-        assert!(!dark.square().is_known() && !by_chance.square().is_known());
+        // What a picture may have missed more samples miss in proportion.
+        for doubt in [
+            EstimateDoubt::LightByChance,
+            EstimateDoubt::FewPixels,
+            EstimateDoubt::WideInterval,
+        ] {
+            assert_eq!(known(doubt), [false, true], "{doubt:?}");
+        }
+        assert_eq!(known(EstimateDoubt::NearlyBlack), [false; 2]);
+        assert_eq!(known(EstimateDoubt::FewSamples), [true; 2]);
     }
 }

@@ -6,19 +6,18 @@ use super::policy::{TRIAL_SHARE, expected_seconds, is_done, jobs, next_job};
 use super::renderer::{FilmRequest, REPLICATES, none_if_cancelled};
 use super::setting::RungSetting;
 use super::study::{Study, TRIALS_END};
-use super::tiles::{FEWEST_TILES, evenly_spread_tiles, tile_count, tile_crop};
+use super::tiles::{FEWEST_TILES, crop_picture, evenly_spread_tiles, tile_count, tile_crop};
 use super::trial::{Job, RELATIVE, Region, TileSums, Trial, mean_of_replicates, replicates_of};
 use super::{MeasureError, MeasurementStart, ProgressListener};
 use crate::film::Film;
 use crate::ladder::{Ladder, RungChoice};
+use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
 /// Largest share of the budget for the samples of the reference beyond the fewest. Its noise then
 /// adds less than .5 % to an error (`benches/runs/2026-11-27-advice.md`).
 const REFERENCE_SHARE: f64 = 0.1;
-/// Most samples per pixel of the reference.
-const MOST_REFERENCE_SAMPLES: u32 = 16_384;
 /// Largest width and height in pixels of the magnified part of a picture, and its largest share of
 /// the picture's edges. On a page each pixel is then a visible square.
 const DETAIL: ([u32; 2], f64) = ([64, 48], 0.4);
@@ -66,6 +65,11 @@ impl Study<'_> {
         let is_over = || self.seconds_until(TRIALS_END) == 0.0;
         match rendered {
             Some((timed, _)) if job.region == Region::Whole => {
+                if self.table.is_empty() {
+                    let samples = f64::from(self.space.sample_count(&job.setting));
+                    self.choose_tiles(wall / samples, &timed.film.mean_colours());
+                    self.choose_detail(&timed.film)?;
+                }
                 self.record_whole(&job, &timed, wall, end);
             }
             Some((timed, replicates)) => self.record_tiles(&job, &timed, replicates, wall),
@@ -75,26 +79,33 @@ impl Study<'_> {
         Ok(true)
     }
 
-    /// Renders a whole picture of few samples, which tells the speed, and chooses the tiles.
+    /// Renders a whole picture of few samples, which tells the speed, and by which tiles are chosen. It
+    /// also prepares the scene and allocates memory.
     pub fn look_at_picture(&mut self) -> Result<(), PrepareError> {
         let samples = self.space.sample_settings().into_iter();
         let mut enough = samples.filter(|s| self.space.sample_count(s) >= REPLICATES);
         let job = Job::whole(&enough.next().unwrap_or_default());
-        let before = (self.renderer.now)();
-        let end = self.instant_of(1.0);
-        // The first render also prepares the scene and allocates memory.
-        let (timed, _) = self.render(&job, end)?;
-        let wall = ((self.renderer.now)() - before).as_secs_f64();
-        let samples = f64::from(self.space.sample_count(&job.setting));
-        self.choose_tiles(wall / samples);
-        self.choose_detail(&timed.film)?;
-        self.record_whole(&job, &timed, wall, end);
-        Ok(())
+        match self.run_job(job)? {
+            true => Ok(()),
+            false => Err(PrepareError::Cancelled),
+        }
     }
 
-    /// Chooses as many tiles, evenly spread, as the time allows for one trial of each rung.
-    fn choose_tiles(&mut self, seconds_per_sample: f64) {
-        let order = evenly_spread_tiles(self.renderer.settings.size, self.renderer.settings.seed);
+    /// Chooses as many tiles, evenly spread, as the time allows for one trial of each rung, and the
+    /// brightest: what `clamp` does to a lamp shows nowhere else.
+    fn choose_tiles(&mut self, seconds_per_sample: f64, picture: &Picture) {
+        let size = self.renderer.settings.size;
+        let mut order = evenly_spread_tiles(size, self.renderer.settings.seed);
+        let light = |&tile: &u32| -> f32 {
+            let shown = crop_picture(picture, tile_crop(size, tile));
+            shown.rgb.as_flattened().iter().sum()
+        };
+        let brightest = order.iter().copied();
+        self.brightest = brightest
+            .max_by(|a, b| light(a).total_cmp(&light(b)))
+            .unwrap_or_default();
+        // Stable, so that the others stay evenly spread.
+        order.sort_by_key(|&tile| tile != self.brightest);
         let [baseline, own] = [&self.space.baseline, &RungSetting::default()]
             .map(|setting| seconds_per_sample * f64::from(self.space.sample_count(setting)));
         let left = self.seconds_until(TRIALS_END);
@@ -177,7 +188,8 @@ impl Study<'_> {
         let cost = 2.0 * self.seconds_of_sample() * self.tile_share();
         let most = REFERENCE_SHARE * self.effort.budget.as_secs_f64();
         let mut samples = 4 * REPLICATES;
-        while samples < MOST_REFERENCE_SAMPLES && 4.0 * f64::from(samples) * cost < most {
+        // Sequences have 2¹⁶ points.
+        while samples < u32::from(u16::MAX) && 4.0 * f64::from(samples) * cost < most {
             samples *= 4;
         }
         let kept = start.reference.as_ref();

@@ -49,6 +49,8 @@ pub(super) struct Study<'a> {
     pub reference: Option<Reference>,
     /// Tiles on which rungs are tried, in ascending order.
     pub tiles: Vec<u32>,
+    /// The tile with the most light, which is always tried. It stands for itself alone.
+    pub brightest: u32,
     /// The magnified part of the picture.
     pub detail: Crop,
     /// The whole picture of the most samples, but at most those in use, with their number.
@@ -78,6 +80,7 @@ impl<'a> Study<'a> {
             table: Vec::new(),
             reference: None,
             tiles: Vec::new(),
+            brightest: 0,
             detail: tile_crop(renderer.settings.size, 0),
             overview: (0, Picture::default()),
             reference_replicates: Vec::new(),
@@ -134,10 +137,8 @@ impl<'a> Study<'a> {
             .is_to_be_denoised()
             .then(|| self.renderer.denoise_film(film, end))
             .flatten();
-        let claim = match &denoised {
-            Some((output, _)) => output.noisy_error,
-            None => film.estimate_uncertainty(),
-        };
+        // Two nets of few samples, as `render` states them, don't tell small lamps from rare light.
+        let claim = film.estimate_by_replicates().map(|(claim, _)| claim);
         let denoised = denoised.map(|(output, seconds)| DenoisedTrial {
             claim: output.error,
             light_change: output.light_change,
@@ -178,9 +179,15 @@ impl<'a> Study<'a> {
             Some((round, exact)) if *round == job.round && !is_fixed => exact,
             _ => &self.reference_replicates,
         };
+        let others = tile_count(self.renderer.settings.size) as f64 - 1.0;
+        let share = others / (self.tiles.len() as f64 - 1.0).max(1.0);
+        let weight = |&tile: &u32| if tile == self.brightest { 1.0 } else { share };
         let sums = replicates.par_iter().zip(exact).zip(&self.truth);
         let sums = sums
-            .map(|((own, exact), truth)| TileSums::new(own, exact, truth, !is_fixed))
+            .zip(&self.tiles)
+            .map(|(((own, exact), truth), tile)| {
+                TileSums::new(own, exact, truth, !is_fixed).scale(weight(tile))
+            })
             .collect();
         let has_same_bits = replicates == self.baseline_replicates;
         if job.setting == self.space.baseline && self.baseline_replicates.is_empty() {

@@ -209,6 +209,18 @@ impl TileSums {
         }
         sums
     }
+
+    /// Returns the sums of a tile that stands for `weight` tiles.
+    pub fn scale(self, weight: f64) -> Self {
+        let times = |of: [f64; 2], weight: f64| of.map(|sum| weight * sum);
+        Self {
+            pixels: weight * self.pixels,
+            noise: times(self.noise, weight),
+            bias: times(self.bias, weight),
+            bias_variance: times(self.bias_variance, weight * weight),
+            light: times(self.light, weight),
+        }
+    }
 }
 
 /// Returns the mean of some numbers, and their unbiased variance; zero for a single one.

@@ -83,7 +83,8 @@ pub(super) fn estimate_error(
     let (rmse, root_relmse) = (absolute.rms_interval(0.0), relative.rms_interval(off));
     let is_wide = is_unknown || root_relmse.is_meaningless();
     let doubt = film
-        .doubt_about_denoising()
+        .estimate_by_replicates()
+        .and_then(|(of, is_rare)| of.doubt.or(is_rare.then_some(EstimateDoubt::FewPixels)))
         .or(is_wide.then_some(EstimateDoubt::WideInterval));
     let error = Uncertainty {
         rmse,

@@ -123,15 +123,14 @@ impl Film {
             .map(|(uncertainty, _)| uncertainty)
     }
 
-    /// Returns the doubt that the noisy picture leaves about the denoised one. Light may be rare, so
-    /// that a filter that spreads it would hide its error, or the true colours may be uncertain,
-    /// although the error of the noisy picture is known. All replicates count as independent here:
-    /// those of one net differ more than independent ones, which matters little to a doubt.
-    pub(crate) fn doubt_about_denoising(&self) -> Option<EstimateDoubt> {
-        let (uncertainty, is_rare) = self.estimate_with_rarity(&self.stats_of_groups(1))?;
-        uncertainty
-            .doubt
-            .or(is_rare.then_some(EstimateDoubt::FewPixels))
+    /// Estimates the error from all replicates as if they were independent, and returns whether light
+    /// is rare or the true colours are uncertain: a filter that spreads such light would hide its
+    /// error, although the error of the noisy picture is known. Replicates of one net differ a little
+    /// more than independent ones. Four of them tell rare light and have an interval, two nets don't.
+    pub(crate) fn estimate_by_replicates(&self) -> Option<(Uncertainty, bool)> {
+        let (mut uncertainty, is_rare) = self.estimate_with_rarity(&self.stats_of_groups(1))?;
+        uncertainty.replicates /= self.plan.replicates_per_net();
+        Some((uncertainty, is_rare))
     }
 
     /// Estimates the error, and returns whether light is rare or the true colours are uncertain.
@@ -166,7 +165,6 @@ impl Film {
                 relative.variance() > 0.0 && self.mean_brightness() < DARKEST,
                 EstimateDoubt::NearlyBlack,
             ),
-            (fewest < MIN_REPLICATES, EstimateDoubt::FewSamples),
             (
                 self.missing_chance_error() > root_relmse.high,
                 EstimateDoubt::LightByChance,
@@ -178,6 +176,8 @@ impl Film {
                 EstimateDoubt::FewPixels,
             ),
             (root_relmse.is_meaningless(), EstimateDoubt::WideInterval),
+            // Least, since more samples may leave any other.
+            (fewest < MIN_REPLICATES, EstimateDoubt::FewSamples),
         ];
         let doubt = doubts
             .into_iter()

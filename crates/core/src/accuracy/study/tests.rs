@@ -290,6 +290,35 @@ fn errors_are_those_that_pictures_claim() {
     assert!(report.frontier.iter().any(is_row));
 }
 
+/// Protects: the light of a denoised row is the ratio of the denoised picture's light to the noisy
+/// one's, as summed here.
+#[test]
+fn denoised_rows_tell_what_light_the_filter_leaves() {
+    let scene = lamp();
+    with_study(&scene, &path_settings(&scene), |study| {
+        let (job, end) = (
+            Job::whole(&RungSetting::default()),
+            Instant::now() + Duration::from_secs(600),
+        );
+        let (timed, _) = study.render(&job, end).expect("a picture");
+        study.record_whole(&job, &timed, 0.0, end);
+        let (output, _) = study
+            .renderer
+            .denoise_film(&timed.film, end)
+            .expect("four replicates");
+        let light = |picture: &Picture| -> f64 {
+            let channels = picture.rgb.as_flattened().iter();
+            channels.map(|&channel| f64::from(channel)).sum()
+        };
+        let expected = light(&output.picture) / light(&timed.film.mean_colours());
+        let denoised = RungChoice::parse("reconstruction=denoised").expect("a rung");
+        let row = Figures { study }.summarise(&RungSetting::from_rung(denoised));
+        let told = row.expect("a row").errors.light;
+        assert!((told.value - expected).abs() < 1e-5, "{told:?}, {expected}");
+        assert!((expected - 1.0).abs() > 1e-4, "{expected}");
+    });
+}
+
 /// Protects: rungs that do not change the scene's picture are not tried, nor rungs whose precision
 /// cannot store the scene. A rung that took too long is not tried again, and has no figures.
 #[test]
