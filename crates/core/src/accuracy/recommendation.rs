@@ -1,16 +1,16 @@
 //! The settings on the Pareto front of time and error, and the recommended ones among the settings
 //! of a report.
 
-use super::estimate::{ConfidenceInterval, RESOLUTION, SettingErrors};
+use super::estimate::{ConfidenceInterval, NORMAL, RESOLUTION, SettingErrors};
 use super::report::{MeasuredSetting, Recommendation, Recommendations};
 use super::setting::RungSetting;
 use crate::ladder::Ladder;
 
-/// Largest ratio of root errors that counts as half the error: four times the samples halve noise
-/// within it (`benches/runs/2026-11-27-advice.md`, as all limits of this file).
-pub(super) const HALF: f64 = 0.55;
-/// Largest ratio of root errors that counts as the same error.
-const SAME: f64 = 1.05;
+/// Largest ratio of root errors that counts as the same error, and as half the error: what two seeds
+/// of one setting differ by. Four times the samples halve noise within it
+/// (`benches/runs/2026-11-27-advice.md`, as all limits of this file).
+const SAME: f64 = 1.0 + NORMAL * RESOLUTION;
+pub(super) const HALF: f64 = 0.5 * SAME;
 /// Factors on these limits that the upper end of an interval may reach: of certain advice, and of
 /// advice of the same error.
 const DOUBT: [f64; 2] = [1.1, 1.3];
@@ -125,11 +125,14 @@ pub(super) fn recommend_settings(
     let mut all = front.iter().map(|&at| &candidates[at]);
     let half = all.clone().find(|of| is_within(of, HALF, f64::INFINITY));
     let same = all.find(|of| is_within(of, SAME, DOUBT[1]) && time(of) <= SOONER);
-    let limit = SOONER * same.map_or(1.0, time);
-    let biased = candidates
-        .iter()
-        .filter(|of| !of.is_recommendable && is_within(of, SAME, DOUBT[1]) && time(of) <= limit);
-    let biased = biased.min_by(|a, b| time(a).total_cmp(&time(b)));
+    let faster = |limit: f64, than: f64| {
+        let biased = candidates.iter().filter(|of| !of.is_recommendable);
+        biased
+            .filter(|of| is_within(of, limit, DOUBT[1]) && time(of) <= SOONER * than)
+            .min_by(|a, b| time(a).total_cmp(&time(b)))
+    };
+    let biased = faster(SAME, same.map_or(1.0, time));
+    let biased = biased.or_else(|| faster(HALF, half.map(time)?));
     Recommendations {
         half_the_error: half.map(|of| advice(of, HALF)),
         same_error: same.map(|of| advice(of, SAME)),

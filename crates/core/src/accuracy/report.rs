@@ -98,8 +98,9 @@ pub struct Recommendations {
     /// Fastest setting with about the same root error or less, in clearly less time; `None` if no
     /// setting has it.
     pub same_error: Option<Recommendation>,
-    /// Fastest setting with the same error that is faster than `same_error` but may not replace the
-    /// setting in use, because it changes the light or has bias; `None` if there is none.
+    /// Fastest setting with the same error that is faster than `same_error`, or else with half of it
+    /// faster than `half_the_error`, that may not replace the setting in use, because it changes the
+    /// light or has bias; `None` if there is none.
     pub biased: Option<Recommendation>,
 }
 

@@ -89,6 +89,16 @@ fn the_fastest_that_will_do_is_named() {
             .map(|of| of.1)
     };
     assert_eq!((half_with(4.0), half_with(3.8)), (Some(4.1), Some(3.8)));
+    // A row with bias is named, too, where it has half of the error far sooner than the sound one.
+    let filtered = RecommendationCandidate {
+        is_recommendable: false,
+        ..candidate("reconstruction=denoised", 1.1, 0.4, 1.1)
+    };
+    let [_, same, biased] = told(&[all[0].clone(), all[3].clone(), filtered]);
+    assert_eq!(
+        (same, biased),
+        (None, named("--rung reconstruction=denoised", 1.1))
+    );
     // Half of the error is named with its doubt where the front has it, the same error is not.
     let doubtful = candidate("samples=256", 4.1, 0.5, 2.7);
     let found = [&all[..1], &[doubtful]].concat();
