@@ -18,7 +18,7 @@ pub use numbers::{
     format_precise_duration, format_rough_estimate, format_significant_digits, format_three_digits,
     format_whole_seconds,
 };
-pub use page::{AccuracyPage, html_document, plot_accuracy};
+pub use page::{AccuracyPage, html_document};
 pub use plot::{Plot, PlotAxis, PlotLine, PlotMark, PlotPoint, ThemeColour, escape_xml};
 pub use section::ReportSection;
 pub use table::{ColumnAlignment, Table, TableRow, format_uncertain, wrap_text};

@@ -7,9 +7,7 @@ use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use raywright_core::accuracy::{
-    AccuracyReport, DetailPicture, LadderReport, MeasuredSetting, RungReport,
-};
+use raywright_core::accuracy::{AccuracyReport, DetailPicture, MeasuredSetting};
 use raywright_core::display::Display;
 use raywright_core::effects::EffectReport;
 use raywright_core::picture::Picture;
@@ -22,155 +20,39 @@ use super::table::format_uncertain;
 use crate::output::{PictureMetadata, encode_png};
 
 /// Contents of the HTML report of an accuracy measurement.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct AccuracyPage<'a> {
     /// Name of the scene.
     pub scene: &'a str,
     /// Conditions of the measurement, as a list of sentences.
-    pub circumstances: &'a [String],
+    pub circumstances: Vec<String>,
     /// Command that generated the page.
-    pub command: &'a str,
+    pub command: String,
     /// Measured times and errors.
     pub report: &'a AccuracyReport,
     /// Recommended settings, in sentences.
-    pub recommendation: &'a str,
+    pub recommendation: String,
     /// Command that renders the scene with its own settings.
-    pub own_command: &'a str,
+    pub own_command: String,
     /// Flags of each setting on the frontier, which are appended to `own_command`. No measured
     /// setting is both faster and more accurate than a setting on the frontier.
-    pub flags: &'a [String],
+    pub flags: Vec<String>,
     /// Name of each magnified picture: the setting in use, flags, or the reference.
-    pub details: &'a [String],
+    pub details: Vec<String>,
     /// Effects of the scene.
-    pub effects: &'a EffectReport,
+    pub effects: EffectReport,
     /// Display settings for the pictures in the report.
     pub display: Display,
 }
 
-/// Returns a plot of error against time for every rung (quality level of a setting), and for the
-/// frontier: the settings that no other setting beats in both time and error. `flags` holds the
-/// flags of each setting on the frontier. In the plot these settings are numbered from 1 in the
-/// same order.
-pub fn plot_accuracy(
-    scene: &str,
-    circumstances: &str,
-    report: &AccuracyReport,
-    flags: &[String],
-) -> Plot {
-    let [width, height] = report.size;
-    Plot {
-        title: format!("What accuracy costs in time: {scene}"),
-        subtitle: "less time is to the left, less error below".to_owned(),
-        circumstances: circumstances.to_owned(),
-        x: PlotAxis {
-            label: format!("CPU time of a render of {width}x{height} pixels"),
-            tick: Some(format_seconds),
-        },
-        y: PlotAxis {
-            label: "error (root relMSE)".to_owned(),
-            tick: Some(format_power),
-        },
-        lines: [frontier_line(report, flags), own_line(report)]
-            .into_iter()
-            .chain(rung_lines(report))
-            .collect(),
-        marks: Vec::new(),
-        is_falling: true,
-        key: (1..)
-            .zip(flags)
-            .map(|(i, flags)| format!("({i})  {flags}"))
-            .collect(),
-    }
-}
-
-/// Returns the line of the frontier. Its points are named by their numbers from 1, and labelled by
-/// their flags.
-fn frontier_line(report: &AccuracyReport, flags: &[String]) -> PlotLine {
-    let named = (1..).zip(&report.frontier).zip(flags);
-    PlotLine {
-        name: "settings worth their time".to_owned(),
-        points: named
-            .filter_map(|((i, candidate), flags)| {
-                named_point(&candidate.measured, flags.clone(), format!("({i})"))
-            })
-            .collect(),
-        ..PlotLine::default()
-    }
-}
-
-/// Returns the line with the single point of the scene's own setting.
-fn own_line(report: &AccuracyReport) -> PlotLine {
-    let name = "as it is".to_owned();
-    PlotLine {
-        name: name.clone(),
-        is_dashed: true,
-        is_unjoined: true,
-        points: named_point(&report.own, name.clone(), name)
-            .into_iter()
-            .collect(),
-        ..PlotLine::default()
-    }
-}
-
-/// Returns the lines of the rungs: one line of the numbers of samples, and one line of the rungs of
-/// all other ladders. A rung at the position of a point of the frontier, or of the scene's own
-/// setting, is left out.
-fn rung_lines(report: &AccuracyReport) -> impl Iterator<Item = PlotLine> {
-    let drawn: Vec<PlotPoint> = report
-        .frontier
-        .iter()
-        .map(|candidate| &candidate.measured)
-        .chain([&report.own])
-        .filter_map(to_plot_point)
-        .collect();
-    let is_drawn = |point: &PlotPoint| {
-        drawn
-            .iter()
-            .any(|other| (other.x, other.y) == (point.x, point.y))
-    };
-    let lines = report.ladders.iter().map(|ladder| {
-        let mut line = ladder_line(ladder);
-        line.points.retain(|point| !is_drawn(point));
-        line
-    });
-    let (samples, others): (Vec<PlotLine>, Vec<PlotLine>) =
-        lines.partition(|line| line.colour == ThemeColour::Second);
-    let others = PlotLine {
-        points: others.iter().flat_map(|line| line.points.clone()).collect(),
-        ..others.first().cloned().unwrap_or_default()
-    };
-    samples.into_iter().chain([others])
-}
-
-/// Returns the line of the measured rungs of a ladder. The line of the numbers of samples has every
-/// rung. The line of any other ladder lacks the rung in use, and the rungs that another rung beats.
-fn ladder_line(ladder: &LadderReport) -> PlotLine {
-    let is_samples = ladder.ladder == "samples";
-    let (name, colour) = if is_samples {
-        ("numbers of samples", ThemeColour::Second)
-    } else {
-        ("one rung changed", ThemeColour::Third)
-    };
-    let rungs = ladder
-        .rungs
-        .iter()
-        .filter(|rung| is_samples || !rung.in_use && !ladder.is_dominated(rung))
-        .filter(|rung| rung.cost.is_none());
-    let point = |rung: &RungReport| {
-        let label = format!("{}={}", ladder.ladder, rung.rung);
-        let name = if is_samples {
-            rung.rung.clone()
-        } else {
-            label.clone()
-        };
-        named_point(rung.measured.as_ref()?, label, name)
-    };
+/// Returns a line of single points.
+fn points_line(name: &str, colour: ThemeColour, points: Vec<PlotPoint>) -> PlotLine {
     PlotLine {
         name: name.to_owned(),
         colour,
         is_dashed: true,
         is_unjoined: true,
-        points: rungs.filter_map(point).collect(),
+        points,
     }
 }
 
@@ -236,6 +118,80 @@ pub fn html_document(title: &str, body: &str, script: &str) -> String {
 }
 
 impl AccuracyPage<'_> {
+    /// Returns the plot of error against time for every rung (quality level of a setting), and for the
+    /// frontier: the settings that no other setting beats in both time and error. These are numbered
+    /// from 1, as in the table.
+    pub fn plot(&self) -> Plot {
+        let [width, height] = self.report.size;
+        let flags = &self.flags;
+        Plot {
+            title: self.title(),
+            subtitle: "less time is to the left, less error below".to_owned(),
+            circumstances: self.circumstances.first().cloned().unwrap_or_default(),
+            x: PlotAxis {
+                label: format!("CPU time of a render of {width}x{height} pixels"),
+                tick: Some(format_seconds),
+            },
+            y: PlotAxis {
+                label: "error (root relMSE)".to_owned(),
+                tick: Some(format_power),
+            },
+            lines: self.plot_lines(),
+            marks: Vec::new(),
+            is_falling: true,
+            key: (1..)
+                .zip(flags)
+                .map(|(i, flags)| format!("({i})  {flags}"))
+                .collect(),
+        }
+    }
+
+    /// Returns the settings worth their time, the setting in use, the numbers of samples, and the rungs
+    /// of all other ladders that the rung in use does not beat. A rung at the position of a point of
+    /// the first two lines is left out.
+    fn plot_lines(&self) -> Vec<PlotLine> {
+        let report = self.report;
+        let frontier = (1..).zip(&report.frontier).zip(&self.flags);
+        let frontier = frontier.filter_map(|((i, of), flags)| {
+            named_point(&of.measured, flags.clone(), format!("({i})"))
+        });
+        let own = "as it is";
+        let own_point = named_point(&report.own, own.to_owned(), own.to_owned());
+        let mut lines = vec![
+            PlotLine {
+                name: "settings worth their time".to_owned(),
+                points: frontier.collect(),
+                ..PlotLine::default()
+            },
+            points_line(own, ThemeColour::First, own_point.into_iter().collect()),
+            points_line("numbers of samples", ThemeColour::Second, Vec::new()),
+            points_line("one rung changed", ThemeColour::Third, Vec::new()),
+        ];
+        let drawn = lines.iter().flat_map(|line| &line.points);
+        let drawn: Vec<_> = drawn.map(|point| (point.x, point.y)).collect();
+        for ladder in &report.ladders {
+            let is_samples = ladder.ladder == "samples";
+            for rung in &ladder.rungs {
+                let is_shown = is_samples || !rung.in_use && !ladder.is_dominated(rung);
+                let measured = rung.measured.as_ref();
+                let measured = measured.filter(|_| is_shown && rung.cost.is_none());
+                let label = format!("{}={}", ladder.ladder, rung.rung);
+                let (line, name) = match is_samples {
+                    true => (2, rung.rung.clone()),
+                    false => (3, label.clone()),
+                };
+                let point = measured.and_then(|measured| named_point(measured, label, name));
+                let is_new = |point: &PlotPoint| !drawn.contains(&(point.x, point.y));
+                lines[line].points.extend(point.filter(is_new));
+            }
+        }
+        lines
+    }
+
+    fn title(&self) -> String {
+        format!("What accuracy costs in time: {}", self.scene)
+    }
+
     /// Formats the page.
     pub fn to_html(&self) -> String {
         let circumstances: String = self
@@ -243,31 +199,26 @@ impl AccuracyPage<'_> {
             .iter()
             .map(|line| format!("<p class=\"soft\">{}</p>\n", escape_xml(line)))
             .collect();
-        let plot = plot_accuracy(self.scene, "", self.report, self.flags);
         // The point numbers in the plot are explained by the table below it, so that the plot needs
         // no explanation of its own.
         let plot = Plot {
             title: String::new(),
             key: Vec::new(),
-            ..plot
+            ..self.plot()
         }
         .to_svg();
-        let recommendation = html_with_code(self.recommendation);
+        let recommendation = html_with_code(&self.recommendation);
         let html = |sections: Vec<ReportSection>| -> String {
             sections.iter().map(ReportSection::to_html).collect()
         };
         let frontier = html(self.frontier_section().into_iter().collect());
         let body = format!(
-            "<p class=\"answer\">{recommendation}</p>\n{}<h2>Error against time</h2>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n<figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}<h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{}",
+            "<p class=\"answer\">{recommendation}</p>\n{}<h2>Error against time</h2>\n<figure><div class=\"plot\">{plot}</div>\n<figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}<h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{}",
             self.pictures_html(),
-            escape_xml(self.command),
+            escape_xml(&self.command),
             html(self.detail_sections()),
         );
-        html_document(
-            &format!("What accuracy costs in time: {}", self.scene),
-            &body,
-            include_str!("page.js"),
-        )
+        html_document(&self.title(), &body, include_str!("page.js"))
     }
 
     /// Formats the whole picture with the measured regions, and its magnified part with each setting,

@@ -280,6 +280,11 @@ impl Plot {
             .collect();
         let mut labels = OccupiedBoxes::new(&places, self.legend_box());
         for line in &self.lines {
+            // A narrow page has room for the names of the main lines alone.
+            let more = match line.colour {
+                ThemeColour::First => "",
+                _ => " more",
+            };
             for point in line.points.iter().filter(|point| !point.name.is_empty()) {
                 let Some((x, y)) = labels.place_label(
                     &point.name,
@@ -290,7 +295,7 @@ impl Plot {
                 };
                 let _ = writeln!(
                     svg,
-                    "<text class=\"name label\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>",
+                    "<text class=\"name label{more}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>",
                     escape_xml(&point.name)
                 );
             }
@@ -322,7 +327,7 @@ impl Plot {
             );
             let _ = writeln!(
                 svg,
-                "<text x=\"{}\" y=\"{}\">upper bound: the error is within the noise</text>",
+                "<text x=\"{}\" y=\"{}\">an upper bound, within noise</text>",
                 x + 50.0,
                 y + 5.0
             );

@@ -1,4 +1,4 @@
-//! Tables, formatted as text, Markdown, comma-separated values or HTML.
+//! Tables, formatted as text, Markdown or HTML.
 
 use raywright_core::accuracy::ConfidenceInterval;
 
@@ -46,7 +46,7 @@ impl FromIterator<String> for TableRow {
 }
 
 /// A table of a report: rows of cells, and the alignment of each column. It can be written as text,
-/// Markdown, comma-separated values or HTML.
+/// Markdown or HTML.
 #[derive(Clone, Debug)]
 pub struct Table {
     /// Alignment of the cells in each column.
@@ -141,27 +141,18 @@ impl Table {
                 .map(|row| format_line(row, &widths, columns, &all, room))
                 .collect();
         }
-        let mut bands: Vec<Vec<usize>> = Vec::new();
-        let mut used = usize::MAX;
-        for (column, width) in widths.iter().enumerate() {
-            match bands.last_mut() {
-                Some(band) if used + GAP.len() + width <= room => band.push(column),
-                _ => {
-                    bands.push(if column == 0 {
-                        vec![0]
-                    } else {
-                        vec![0, column]
-                    });
-                    used = if column == 0 {
-                        0
-                    } else {
-                        widths[0] + GAP.len()
-                    };
-                    used += width;
-                    continue;
-                }
+        let first = widths.first().copied().unwrap_or(0);
+        let (mut bands, mut used) = (vec![Vec::from_iter(all.first().copied())], first);
+        for column in all.into_iter().skip(1) {
+            let width = GAP.len() + widths[column];
+            let mut band = bands.pop().unwrap_or_default();
+            if used + width > room && band.len() > 1 {
+                bands.push(core::mem::replace(&mut band, vec![0]));
+                used = first;
             }
-            used += GAP.len() + width;
+            band.push(column);
+            bands.push(band);
+            used += width;
         }
         let band = |band: &Vec<usize>| {
             rows.iter()
@@ -185,14 +176,6 @@ impl Table {
         let mut lines: Vec<String> = self.rows.iter().map(|row| line(&row.cells)).collect();
         lines.insert(lines.len().min(1), rule);
         lines.concat()
-    }
-
-    /// Formats as comma-separated values.
-    pub fn to_csv(&self) -> String {
-        self.rows
-            .iter()
-            .map(|row| row.cells.join(",") + "\n")
-            .collect()
     }
 
     /// Formats as an HTML table.
@@ -232,16 +215,29 @@ impl Table {
             let typed = cell
                 .strip_prefix('`')
                 .and_then(|cell| cell.strip_suffix('`'));
-            let cell = typed.map_or_else(
-                || escape_xml(cell),
-                |typed| format!("<code>{}</code>", escape_xml(typed)),
-            );
+            let cell = match typed {
+                Some(typed) => format!("<code>{}</code>", escape_xml(typed)),
+                None if is_text || i == 0 => escape_xml(cell),
+                None => keep_units(&escape_xml(cell)),
+            };
             format!("<td{about}{span}{class}>{cell}</td>")
         };
         let class = html_attribute("class", row.class);
         let cells: String = row.cells.iter().enumerate().map(cell).collect();
         format!("<tr{class}>{cells}</tr>\n")
     }
+}
+
+/// Joins numbers and their units by no-break spaces: a line may end before an interval, and within
+/// one.
+fn keep_units(cell: &str) -> String {
+    let joined = cell.replace(' ', "\u{a0}");
+    ["±", "("]
+        .iter()
+        .fold(joined, |text, start| {
+            text.replace(&format!("\u{a0}{start}"), &format!(" {start}"))
+        })
+        .replace("to\u{a0}", "to ")
 }
 
 /// Formats an attribute of an HTML element; empty for an empty value.

@@ -59,7 +59,7 @@ impl AccuracyPage<'_> {
         if self.report.frontier.is_empty() {
             return None;
         }
-        let named = (1..).zip(self.report.frontier.iter().zip(self.flags));
+        let named = (1..).zip(self.report.frontier.iter().zip(&self.flags));
         let rows = named.map(|(i, (candidate, flags))| {
             // The section of rungs has the other measured values.
             let [time, ratio, error, _, _, light] = setting_cells(&candidate.measured);
@@ -102,7 +102,7 @@ impl AccuracyPage<'_> {
         ]
         .into_iter()
         .flatten()
-        .chain([effect_section(costs, self.effects, true)])
+        .chain([effect_section(costs, &self.effects, true)])
         .collect()
     }
 

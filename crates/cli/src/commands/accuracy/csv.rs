@@ -3,65 +3,12 @@
 //! not apply to a kind of line are empty.
 
 use raywright_core::accuracy::{AccuracyReport, MeasuredSettingWithFlags};
-use raywright_io::report::{ColumnAlignment, Table};
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
-/// Columns, each with the places of its figure in the JSON of the different kinds of lines.
-const COLUMNS: [(&str, &[&str]); 31] = [
-    ("ladder", &["/ladder"]),
-    ("rung", &["/rung", "/effect"]),
-    ("in_use", &["/in_use"]),
-    ("flags", &["/flag", "/flags"]),
-    ("renders", &["/measured/renders"]),
-    (
-        "seconds",
-        &[
-            "/measured/seconds/value",
-            "/seconds/median",
-            "/seconds_without/median",
-        ],
-    ),
-    (
-        "seconds_low",
-        &[
-            "/measured/seconds/low",
-            "/seconds/lower_quartile",
-            "/seconds_without/lower_quartile",
-        ],
-    ),
-    (
-        "seconds_high",
-        &[
-            "/measured/seconds/high",
-            "/seconds/upper_quartile",
-            "/seconds_without/upper_quartile",
-        ],
-    ),
-    ("ratio", &["/measured/ratio/value", "/ratio/median"]),
-    ("ratio_low", &["/measured/ratio/low"]),
-    ("ratio_high", &["/measured/ratio/high"]),
-    ("rays", &["/measured/rays"]),
-    ("rmse", &["/measured/errors/rmse/value", "/rmse"]),
-    ("rmse_low", &["/measured/errors/rmse/low"]),
-    ("rmse_high", &["/measured/errors/rmse/high"]),
-    ("root_relmse", &["/measured/errors/root_relmse/value"]),
-    ("root_relmse_low", &["/measured/errors/root_relmse/low"]),
-    ("root_relmse_high", &["/measured/errors/root_relmse/high"]),
-    ("bias", &["/measured/errors/bias/value"]),
-    ("bias_low", &["/measured/errors/bias/low"]),
-    ("bias_high", &["/measured/errors/bias/high"]),
-    ("light", &["/measured/errors/light/value"]),
-    ("light_low", &["/measured/errors/light/low"]),
-    ("light_high", &["/measured/errors/light/high"]),
-    ("flip", &["/flip"]),
-    ("preparing_seconds", &["/cost/preparing"]),
-    ("geometry_bytes", &["/cost/geometry"]),
-    ("same_bits", &["/cost/same_bits"]),
-    ("bytes_per_pixel", &["/bytes_per_pixel"]),
-    ("greatest", &["/greatest"]),
-    ("clipped", &["/clipped"]),
-];
+/// Names of the columns. Figures with an interval have columns for its ends.
+const COLUMNS: &str = "ladder,rung,in_use,flags,renders,seconds,seconds_low,seconds_high,ratio,ratio_low,ratio_high,rays,rmse,rmse_low,rmse_high,root_relmse,root_relmse_low,root_relmse_high,\
+bias,bias_low,bias_high,light,light_low,light_high,flip,preparing_seconds,geometry_bytes,same_bits,bytes_per_pixel,greatest,clipped";
 
 /// Formats the file. The lines describe:
 /// - the scene's own setting;
@@ -71,44 +18,67 @@ const COLUMNS: [(&str, &[&str]); 31] = [
 /// - output formats (`output`);
 /// - effects (`effect`).
 pub fn format_csv(report: &AccuracyReport) -> String {
-    let own = json!({ "rung": "", "in_use": true, "measured": report.own });
-    let mut lines = vec![build_line("own", &own)];
+    let own = json!({ "measured": report.own });
+    let mut lines = vec![COLUMNS.to_owned(), format_line("own", &own)];
     for ladder in &report.ladders {
         let rungs = ladder.rungs.iter();
-        lines.extend(rungs.map(|rung| build_line(ladder.ladder, rung)));
+        lines.extend(rungs.map(|rung| format_line(ladder.ladder, rung)));
     }
-    lines.extend(report.outputs.iter().map(|of| build_line("output", of)));
+    lines.extend(report.outputs.iter().map(|of| format_line("output", of)));
     let effects = report.costs.iter().flat_map(|costs| &costs.effects);
-    lines.extend(effects.map(|effect| build_line("effect", effect)));
+    lines.extend(effects.map(|effect| format_line("effect", effect)));
     for (kind, settings) in [
         ("together", &report.combinations),
         ("frontier", &report.frontier),
     ] {
-        lines.extend(settings.iter().map(|MeasuredSettingWithFlags { flags, measured }| {
-            let (in_use, flags) = (flags.is_empty(), flags.join(" "));
-            let line = json!({ "rung": "", "in_use": in_use, "flags": flags, "measured": measured });
-            build_line(kind, &line)
-        }));
-    }
-    let names = COLUMNS.map(|(name, _)| name);
-    let rows = lines.iter().map(|line| {
-        let cell = |(_, places): (_, &[&str])| {
-            let mut found = places.iter().filter_map(|place| line.pointer(place));
-            found.next().map(format_cell).unwrap_or_default()
+        let line = |of: &MeasuredSettingWithFlags| {
+            let flags = of.flags.join(" ");
+            let line =
+                json!({ "in_use": of.flags.is_empty(), "flag": flags, "measured": of.measured });
+            format_line(kind, &line)
         };
-        COLUMNS.map(cell).into_iter().collect()
-    });
-    Table::new([ColumnAlignment::Left; COLUMNS.len()], names, rows).to_csv()
+        lines.extend(settings.iter().map(line));
+    }
+    lines.join("\n") + "\n"
 }
 
-/// Converts an item of the report to the JSON of its line. Effects are always in use.
-fn build_line(ladder: &str, item: &impl Serialize) -> Value {
-    let mut line = json!({ "in_use": true, "ladder": ladder });
-    if let (Value::Object(line), Ok(Value::Object(item))) = (&mut line, serde_json::to_value(item))
-    {
-        line.extend(item);
+/// Formats an item of the report as a line. Effects are always in use.
+fn format_line(ladder: &str, item: &impl Serialize) -> String {
+    let mut cells = Map::new();
+    collect_cells(json!({ "ladder": ladder, "in_use": true }), &mut cells);
+    collect_cells(serde_json::to_value(item).unwrap_or_default(), &mut cells);
+    let cell = |name| cells.get(name).map(format_cell).unwrap_or_default();
+    COLUMNS.split(',').map(cell).collect::<Vec<_>>().join(",")
+}
+
+/// Adds the figures of an item of the report, each under the name of its column. A figure with an
+/// interval has three.
+fn collect_cells(item: Value, cells: &mut Map<String, Value>) {
+    let Value::Object(item) = item else { return };
+    for (key, value) in item {
+        let name = match key.as_str() {
+            "effect" => "rung",
+            "flag" => "flags",
+            "seconds_without" => "seconds",
+            "preparing" => "preparing_seconds",
+            "geometry" => "geometry_bytes",
+            same => same,
+        };
+        let figure = ["value", "median"].iter().find_map(|key| value.get(key));
+        let Some(figure) = figure.cloned() else {
+            cells.insert(name.to_owned(), value.clone());
+            collect_cells(value, cells);
+            continue;
+        };
+        cells.insert(name.to_owned(), figure);
+        for (end, keys) in [
+            ("low", ["low", "lower_quartile"]),
+            ("high", ["high", "upper_quartile"]),
+        ] {
+            let bound = keys.iter().find_map(|key| value.get(key)).cloned();
+            cells.insert(format!("{name}_{end}"), bound.unwrap_or_default());
+        }
     }
-    line
 }
 
 fn format_cell(value: &Value) -> String {

@@ -5,10 +5,10 @@ use raywright_core::Settings;
 use raywright_core::accuracy::AccuracyReport;
 use raywright_core::bench::clock::CLOCK_NAME;
 use raywright_core::display::Display;
-use raywright_core::effects::{EffectReport, assess_effects};
+use raywright_core::effects::assess_effects;
 use raywright_io::LoadedScene;
 use raywright_io::report::{
-    AccuracyPage, format_count, format_duration, format_significant_digits, plot_accuracy,
+    AccuracyPage, format_count, format_duration, format_significant_digits,
 };
 use serde::Serialize;
 
@@ -57,43 +57,25 @@ pub struct AccuracyDocument<'a> {
     /// Version of the program.
     version: &'static str,
     /// Name of the scene's file or preset.
-    pub scene: &'a str,
+    scene: &'a str,
     /// Hash of the scene's content.
     scene_hash: String,
     /// Command line of the measurement.
     pub command: String,
     /// Name of the processor; `None` where the system does not report it.
-    pub processor: Option<String>,
+    processor: Option<String>,
     /// Number of render threads.
-    pub threads: usize,
+    threads: usize,
     /// Name of the clock that measured the times.
-    pub clock: &'static str,
-    /// Conditions of the measurement, in sentences for the reader of the report.
-    #[serde(skip)]
-    pub circumstances: Vec<String>,
+    clock: &'static str,
     /// Commands, each of which renders with a setting on the Pareto frontier.
-    pub commands: Vec<String>,
-    /// Recommended settings in sentences, for the first lines of the report.
+    commands: Vec<String>,
+    /// Content of the page, whose sections the terminal shows too.
     #[serde(skip)]
-    pub recommendation: String,
-    /// Command that renders the scene with the flags of the measurement except `--rung`.
-    #[serde(skip)]
-    pub own_command: String,
-    /// Flags that each setting on the Pareto frontier adds to `own_command`.
-    #[serde(skip)]
-    pub flags: Vec<String>,
-    /// Name of each magnified picture.
-    #[serde(skip)]
-    details: Vec<String>,
-    /// Effects of the scene: simulated, absent and left out.
-    #[serde(skip)]
-    effects: EffectReport,
-    /// Conversion of radiance to display values, for the pictures of the page.
-    #[serde(skip)]
-    display: Display,
+    pub page: AccuracyPage<'a>,
     /// The measured errors and times.
     #[serde(flatten)]
-    pub report: &'a AccuracyReport,
+    report: &'a AccuracyReport,
 }
 
 impl<'a> AccuracyDocument<'a> {
@@ -122,22 +104,28 @@ impl<'a> AccuracyDocument<'a> {
             None => "reference".to_owned(),
         });
         let frontier = report.frontier.iter();
+        let scene = &loaded.source.name;
         Self {
-            circumstances: describe_conditions(processor.as_deref(), threads, clock, report),
-            recommendation: format_recommendation(report, &command),
             commands: frontier
                 .clone()
                 .map(|of| format!("{} {}", command.base, command.format_flags(&of.flags)))
                 .map(|command| command.trim_end().to_owned())
                 .collect(),
-            flags: frontier.map(|of| format_flags(&of.flags)).collect(),
-            details: details.collect(),
-            own_command: command.base,
-            effects: assess_effects(&loaded.scene, settings),
-            display: Display::from_render(&loaded.scene.render),
+            page: AccuracyPage {
+                scene,
+                circumstances: describe_conditions(processor.as_deref(), threads, clock, report),
+                command: command_line(),
+                report,
+                recommendation: format_recommendation(report, &command),
+                flags: frontier.map(|of| format_flags(&of.flags)).collect(),
+                details: details.collect(),
+                own_command: command.base,
+                effects: assess_effects(&loaded.scene, settings),
+                display: Display::from_render(&loaded.scene.render),
+            },
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION"),
-            scene: &loaded.source.name,
+            scene,
             scene_hash: loaded.hash.to_string(),
             command: command_line(),
             processor,
@@ -147,44 +135,13 @@ impl<'a> AccuracyDocument<'a> {
         }
     }
 
-    /// Returns the content of the page, whose sections the terminal shows too.
-    pub fn to_page(&self) -> AccuracyPage<'_> {
-        let Self {
-            scene,
-            circumstances,
-            command,
-            recommendation,
-            own_command,
-            flags,
-            details,
-            report,
-            effects,
-            display,
-            ..
-        } = self;
-        AccuracyPage {
-            scene,
-            circumstances,
-            command,
-            recommendation,
-            own_command,
-            flags,
-            details,
-            report,
-            effects,
-            display: *display,
-        }
-    }
-
     /// Formats the report as the content of a file of this kind.
     pub fn format_as(&self, kind: AccuracyFileKind) -> String {
         match kind {
             AccuracyFileKind::Json => console::format_json(self),
             AccuracyFileKind::Csv => format_csv(self.report),
-            AccuracyFileKind::Html => self.to_page().to_html(),
-            AccuracyFileKind::Svg => {
-                plot_accuracy(self.scene, &self.circumstances[0], self.report, &self.flags).to_svg()
-            }
+            AccuracyFileKind::Html => self.page.to_html(),
+            AccuracyFileKind::Svg => self.page.plot().to_svg(),
         }
     }
 }

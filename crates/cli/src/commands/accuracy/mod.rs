@@ -45,16 +45,17 @@ pub fn run(mut session: Session, args: &AccuracyArgs) -> Result<(), Failure> {
         .transpose()?
         .flatten();
     let (watch, mut steps) = (session.start_work(), StepProgress::start(session.verbosity));
-    let measure = || Measurement::measure(args, &mut loaded, reference, (&watch, &mut steps));
-    let (measured, used_reference) = session.run(measure)?;
+    let measure = || measure(args, &mut loaded, reference, (&watch, &mut steps));
+    let (settings, report, used_reference) = session.run(measure)?;
     drop(steps);
     let is_stopped = watch.was_stopped();
     let words = command_words::insert_command(origin::run_arguments().to_vec());
     let flags = format_measurement_flags(words);
-    let document = measured.document(&flags, &loaded, session.run(rayon::current_num_threads));
+    let threads = session.run(rayon::current_num_threads);
+    let document = AccuracyDocument::new(&loaded, &flags, &settings, threads, &report);
     // The measurement is worth reporting even if the reference cannot be written.
     let reference_result = kept
-        .filter(|_| !measured.report.reference.reused && !is_stopped)
+        .filter(|_| !report.reference.reused && !is_stopped)
         .map_or(Ok(()), |path| {
             let free = session.outputs.beside(&loaded.inputs);
             reference::write_reference(path, used_reference, &loaded, free)?;
@@ -123,56 +124,39 @@ pub fn run_embedded(
         .into());
     }
     let mut steps = StepProgress::start(Verbosity::Quiet);
-    let (measured, _) = Measurement::measure(args, &mut loaded, None, (observer, &mut steps))?;
-    let mut document = measured.document(flags, &loaded, rayon::current_num_threads());
+    let (settings, report, _) = measure(args, &mut loaded, None, (observer, &mut steps))?;
+    let threads = rayon::current_num_threads();
+    let mut document = AccuracyDocument::new(&loaded, flags, &settings, threads, &report);
     document.command = command;
     Ok(console::format_json(&document))
 }
 
-/// A measurement of a scene, with the settings that all others are compared with.
-struct Measurement {
-    settings: Settings,
-    report: AccuracyReport,
-}
-
-impl Measurement {
-    /// Measures a scene with its own settings as changed by the flags. `reference` is the reference
-    /// picture of an earlier measurement. Returns the used reference picture too.
-    fn measure(
-        args: &AccuracyArgs,
-        loaded: &mut LoadedScene,
-        reference: Option<ReusableReference>,
-        (observer, steps): (&dyn Observer, &mut StepProgress),
-    ) -> Result<(Self, ReusableReference), Failure> {
-        let options = plan::build_load_options(&args.changes, args.max_memory);
-        let choices = RungChoices::from(&args.choices);
-        let mut settings = Settings::from_scene(&loaded.scene);
-        settings.integrator = args.integrator.unwrap_or(settings.integrator);
-        choices.apply(&mut loaded.scene, &mut settings)?;
-        settings.max_memory = Some(options.limits.memory_bytes);
-        let start = MeasurementStart {
-            scene: &origin::format_scene_identity(loaded, &options, &choices),
-            reference,
-        };
-        let effort = AccuracyEffort {
-            budget: args.budget,
-            size: args.size,
-            rounds: args.rounds,
-        };
-        let measured = measure_accuracy(&loaded.scene, &settings, &effort, start, observer, steps);
-        let (report, reference) = measured.map_err(|error| measure_failure(args, loaded, error))?;
-        Ok((Self { settings, report }, reference))
-    }
-
-    /// Combines the measurement with its scene, its flags and its number of threads.
-    fn document<'a>(
-        &'a self,
-        flags: &[String],
-        loaded: &'a LoadedScene,
-        threads: usize,
-    ) -> AccuracyDocument<'a> {
-        AccuracyDocument::new(loaded, flags, &self.settings, threads, &self.report)
-    }
+/// Measures a scene with its own settings as changed by the flags, which are returned first.
+/// `reference` is the reference picture of an earlier measurement; the one in use is returned last.
+fn measure(
+    args: &AccuracyArgs,
+    loaded: &mut LoadedScene,
+    reference: Option<ReusableReference>,
+    (observer, steps): (&dyn Observer, &mut StepProgress),
+) -> Result<(Settings, AccuracyReport, ReusableReference), Failure> {
+    let options = plan::build_load_options(&args.changes, args.max_memory);
+    let choices = RungChoices::from(&args.choices);
+    let mut settings = Settings::from_scene(&loaded.scene);
+    settings.integrator = args.integrator.unwrap_or(settings.integrator);
+    choices.apply(&mut loaded.scene, &mut settings)?;
+    settings.max_memory = Some(options.limits.memory_bytes);
+    let start = MeasurementStart {
+        scene: &origin::format_scene_identity(loaded, &options, &choices),
+        reference,
+    };
+    let effort = AccuracyEffort {
+        budget: args.budget,
+        size: args.size,
+        rounds: args.rounds,
+    };
+    let measured = measure_accuracy(&loaded.scene, &settings, &effort, start, observer, steps);
+    let (report, reference) = measured.map_err(|error| measure_failure(args, loaded, error))?;
+    Ok((settings, report, reference))
 }
 
 fn measure_failure(args: &AccuracyArgs, loaded: &LoadedScene, error: MeasureError) -> Failure {

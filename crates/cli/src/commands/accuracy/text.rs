@@ -11,21 +11,21 @@ use crate::table::wrap_paragraph;
 /// Formats the whole report: the recommendation, the Pareto frontier, the conditions, and the
 /// sections of rungs, of output formats and of effects.
 pub fn format_report(document: &AccuracyDocument<'_>) -> String {
-    let (page, room) = (document.to_page(), console::line_width());
-    let recommendation = wrap_paragraph(&document.recommendation);
-    let mut text = format!("{}\n{recommendation}\n", document.scene);
+    let (page, room) = (&document.page, console::line_width());
+    let recommendation = wrap_paragraph(&page.recommendation);
+    let mut text = format!("{}\n{recommendation}\n", page.scene);
     if let Some(frontier) = page.frontier_section() {
         let point = |candidate: &MeasuredSettingWithFlags| {
             let measured = &candidate.measured;
             let error = measured.errors.relmse.value.sqrt();
             (measured.seconds.value, error)
         };
-        let points: Vec<_> = document.report.frontier.iter().map(point).collect();
+        let points: Vec<_> = page.report.frontier.iter().map(point).collect();
         text += &frontier.to_text(room);
         text += &draw_scatter_plot(&points, "error", "time");
     }
     text += "\n";
-    for line in &document.circumstances {
+    for line in &page.circumstances {
         text += &(wrap_paragraph(line) + "\n");
     }
     for section in page.detail_sections() {

@@ -142,8 +142,7 @@ fn bounds_and_names_are_drawn() {
     }
     .to_svg();
     assert!(
-        svg.matches("v18m-4").count() == 2
-            && svg.contains(">upper bound: the error is within the noise<"),
+        svg.matches("v18m-4").count() == 2 && svg.contains(">an upper bound, within noise<"),
         "{svg}"
     );
     assert!(

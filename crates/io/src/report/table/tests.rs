@@ -105,7 +105,11 @@ fn empty_columns_are_left_out() {
         &rows,
     )
     .without_empty_columns();
-    assert_eq!(table.to_csv(), "rung,time,light\na,1,\nb,,2\n");
+    let rows = table.rows.iter().map(|row| row.cells.join(","));
+    assert_eq!(
+        rows.collect::<Vec<_>>(),
+        ["rung,time,light", "a,1,", "b,,2"]
+    );
     assert_eq!(
         table.columns,
         [
@@ -129,7 +133,6 @@ fn every_notation_has_the_rows() {
         ],
         &[["rung", "x", "flags"], ["a<b", "1", "`--spp 4`"]],
     );
-    assert_eq!(table.to_csv(), "rung,x,flags\na<b,1,`--spp 4`\n");
     assert_eq!(
         table.to_markdown(),
         "| rung | x | flags |\n| :-- | --: | :-- |\n| a<b | 1 | `--spp 4` |\n"

@@ -301,8 +301,8 @@ fn the_page_says_the_same() {
     let page = document.format_as(super::super::file::AccuracyFileKind::Html);
     for words in [
         "<p class=\"answer\">Setting in use: error 0.3 (0.2 to 0.4), ",
-        "<td>25.0 s ±10 %</td><td>1.75</td><td>0.300 (0.200 to 0.400)</td>",
-        "<td>-8.1 %</td><td class=\"text\"><code>--spp 4</code></td>",
+        "<td>25.0\u{a0}s ±10\u{a0}%</td><td>1.75</td><td>0.300 (0.200\u{a0}to 0.400)</td>",
+        "<td>-8.1\u{a0}%</td><td class=\"text\"><code>--spp 4</code></td>",
         "<p>Slower and less accurate than the rung in use: a=slow.</p>",
         "<p>Not measured for lack of time: a=exact, accelerator=boxes.</p>",
     ] {
@@ -313,7 +313,7 @@ fn the_page_says_the_same() {
     assert!(
         svg.contains(">(1)</text>")
             && svg.contains(">(1)  --spp 4<")
-            && svg.contains(">upper bound: the error is within the noise<"),
+            && svg.contains(">an upper bound, within noise<"),
         "{svg}"
     );
     // All points lie between ten and a hundred seconds, which are the ends of the axis.
