@@ -15,7 +15,7 @@ use raywright::core::bench::SampleQuantiles;
 use raywright::core::bench::clock::process_seconds;
 use raywright::core::settings::{PrecisionChoice, Sampling};
 use raywright::stability::{
-    CostComparison, Measurement, RayCount, build_formula_comparison, hard_cases, measure_case,
+    CaseCost, CaseOutcome, RayCount, TEXTBOOK, hard_cases, measure_case, time_case_formulas,
 };
 
 use mesh::mesh;
@@ -39,7 +39,7 @@ fn main() {
 
 /// Times several implementations in turns: CPU time relative to `robust`.
 fn row(name: &str, works: [Option<&dyn Fn()>; 3]) {
-    let mut ratios = [(); 3].map(|()| Vec::with_capacity(ROUNDS));
+    let mut rounds = vec![];
     for round in 0..=ROUNDS {
         let mut seconds = [f64::NAN; 3];
         for place in 0..works.len() {
@@ -49,23 +49,23 @@ fn row(name: &str, works: [Option<&dyn Fn()>; 3]) {
             work();
             seconds[turn] = process_seconds() - start;
         }
-        if round > 0 {
-            ratios
-                .iter_mut()
-                .zip(seconds)
-                .for_each(|(ratios, own)| ratios.push(own / seconds[1]));
-        }
+        rounds.push(seconds);
     }
-    let cell = |index: usize| match works[index] {
-        None => "—".to_owned(),
-        Some(_) if index == 1 => "1".to_owned(),
-        Some(_) => {
-            let spread = SampleQuantiles::from_samples(&ratios[index]);
-            format!(
-                "{:.2} ± {:.1} %",
-                spread.median,
-                spread.relative_half_spread() * 100.0
-            )
+    print_row(name, &rounds[1..]);
+}
+
+/// Prints the times of several rounds; NaN for an implementation that does not exist.
+fn print_row(name: &str, rounds: &[[f64; 3]]) {
+    let cell = |index: usize| {
+        let ratios: Vec<_> = rounds.iter().map(|own| own[index] / own[1]).collect();
+        let spread = SampleQuantiles::from_samples(&ratios);
+        match index {
+            _ if spread.median.is_nan() => "—".to_owned(),
+            1 => "1".to_owned(),
+            _ => {
+                let half = spread.relative_half_spread() * 100.0;
+                format!("{:.2} ± {half:.1} %", spread.median)
+            }
         }
     };
     println!(
@@ -79,19 +79,9 @@ fn row(name: &str, works: [Option<&dyn Fn()>; 3]) {
 /// Time per ray or sample, for every hard case with a textbook formula.
 fn tests() {
     for number in hard_cases().map(|case| case.number) {
-        let Some(CostComparison {
-            label,
-            textbook,
-            library: [robust, reference],
-            ..
-        }) = build_formula_comparison(number)
-        else {
-            continue;
-        };
-        row(
-            &format!("{label} ({number})"),
-            [Some(&textbook), Some(&robust), Some(&reference)],
-        );
+        if let Some(CaseCost { label, rounds }) = time_case_formulas(number) {
+            print_row(&format!("{label} ({number})"), &rounds);
+        }
     }
 }
 
@@ -138,19 +128,18 @@ fn cases() {
         RayCount::Quarter
     };
     for case in hard_cases() {
-        let measurements = measure_case(case.number, shot).unwrap_or_default();
-        let Some(share) = measurements.first().and_then(Measurement::textbook_wrong) else {
+        let outcomes = measure_case(case.number, shot).unwrap_or_default();
+        let of = |setting| {
+            let own = outcomes
+                .iter()
+                .filter(move |own| own.setting.starts_with(setting));
+            own.cloned().reduce(CaseOutcome::merge)
+        };
+        let Some(textbook) = of(TEXTBOOK) else {
             continue;
         };
-        let wrong = |precision: &str| -> u64 {
-            let of = |measurement: &&Measurement| measurement.setting.starts_with(precision);
-            measurements
-                .iter()
-                .filter(of)
-                .map(|measurement| measurement.outcome().wrong)
-                .sum()
-        };
-        let share = 100.0 * share;
+        let share = 100.0 * textbook.wrong_fraction();
+        let wrong = |precision| of(precision).map_or(0, |own| own.wrong);
         let (robust, reference) = (wrong("robust"), wrong("reference"));
         println!(
             "| **wrong**: {} ({}) | {share:.1} % | {robust} | {reference} |",

@@ -5,17 +5,15 @@
 
 mod cameras;
 mod formula_cost;
-mod fresnel;
-mod microfacets;
 mod sampling;
+mod scattering;
 mod shading;
 
-pub use formula_cost::{CaseCost, build_formula_comparison, time_case_formulas};
-pub use raywright_bvh::stability::cost_comparison::CostComparison;
-pub use raywright_bvh::stability::trial::Measurement;
+pub use formula_cost::{CaseCost, time_case_formulas};
+pub use raywright_bvh::stability::trial::TEXTBOOK;
 pub use raywright_bvh::stability::verdicts::{CaseOutcome, RayCount};
 
-use raywright_bvh::stability::trial::measure_precisions;
+use raywright_bvh::stability::prelude::*;
 
 /// A numerically hard case: what makes it hard, and the bound of the error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,39 +51,27 @@ pub fn hard_cases() -> impl Iterator<Item = HardCase> {
             left_out: parts.next(),
             known_wrong: parts
                 .next()
-                .and_then(|count| count.parse().ok())
-                .unwrap_or(0),
+                .map_or(0, |count| count.parse().expect("a number")),
         }
     })
 }
 
-/// Measures the hard case with this number in both precisions. A case of BVH traversal is also
-/// measured with every SIMD kernel that the processor supports. `None` for a case that exists only
-/// as a test.
-pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
-    /// Measures the case in both precisions, `robust` and `reference`.
-    macro_rules! both {
-        ($case:path) => {
-            measure_precisions(number, rays, $case, $case)
-        };
+/// Measures the hard case with this number: an outcome for each part in both precisions, by textbook
+/// formulas where it has any, and, for a case of BVH traversal, with every SIMD kernel that the
+/// processor supports. `None` for a case that exists only as a test.
+pub fn measure_case(number: &str, rays: RayCount) -> Option<Vec<CaseOutcome>> {
+    fn cases<R: Real>() -> Vec<Case<R>> {
+        let bvh = raywright_bvh::stability::cases;
+        let cases = [
+            bvh,
+            shading::cases,
+            scattering::cases,
+            sampling::cases,
+            cameras::cases,
+        ];
+        cases.map(|cases| cases()).concat()
     }
-    Some(match number {
-        "S09" => both!(shading::shading_frames),
-        "S10" => both!(shading::normalisation),
-        "S11" => both!(shading::mirror_bounces),
-        "S13" => both!(fresnel::matched_indices),
-        "S14" => both!(fresnel::fresnel),
-        "S15" => both!(fresnel::schlick),
-        "S17" => both!(microfacets::narrow_lobes),
-        "S18" => both!(microfacets::visible_normals),
-        "M01" => both!(sampling::random_range),
-        "M02" => both!(sampling::sample_mappings),
-        "M11" => both!(sampling::stratification),
-        "F01" => both!(cameras::degenerate_views),
-        "F02" => both!(cameras::symmetric_views),
-        "F03" => both!(cameras::degenerate_lenses),
-        _ => return raywright_bvh::stability::measure_case(number, rays),
-    })
+    measure_precisions(number, rays, &cases(), &cases())
 }
 
 #[cfg(test)]

@@ -17,21 +17,24 @@ fn cases_are_measured() {
     ]);
     run.exits_with(0);
     let report: serde_json::Value = serde_json::from_str(run.text()).expect("JSON");
-    let rows = report["rows"].as_array().expect("rows");
+    let cases = report["cases"].as_array().expect("cases");
     for (case, precision) in ["T15", "F03"]
         .into_iter()
         .flat_map(|case| ["robust", "reference"].map(|precision| (case, precision)))
     {
-        let of = |row: &&serde_json::Value| {
-            row["case"] == case
-                && row["setting"]
-                    .as_str()
-                    .is_some_and(|s| s.starts_with(precision))
+        let own = cases
+            .iter()
+            .find(|own| own["case"] == case)
+            .expect("a case");
+        let of = |result: &&serde_json::Value| {
+            let setting = result["setting"].as_str();
+            setting.is_some_and(|setting| setting.starts_with(precision))
         };
-        let row = rows.iter().find(of).expect("a row");
+        let results = own["settings"].as_array().expect("settings");
+        let result = results.iter().find(of).expect("a result");
         assert!(
-            row["wrong"] == 0 && row["judged"].as_u64() > Some(1000),
-            "{row}"
+            result["wrong"] == 0 && result["judged"].as_u64() > Some(1000),
+            "{result}"
         );
     }
     assert_eq!(report["tested_only"], serde_json::json!(["S21"]));

@@ -225,25 +225,29 @@ impl WorldMaker<'_> {
 
     /// A closed irregular mesh of eighty faces, with or without vertex normals.
     fn mesh(&mut self, name: &str, place: DVec3, layout: &WorldLayout) -> Value {
-        let ball = raywright::bvh::stability::triangles::create_icosphere(1);
+        let mut ball: Vec<DVec3> = vec![];
+        let mut index = |corner: DVec3| {
+            let known = ball.iter().position(|&own| own == corner);
+            known.unwrap_or_else(|| {
+                ball.push(corner);
+                ball.len() - 1
+            })
+        };
+        let faces = raywright::bvh::stability::meshes::create_icosphere(1).into_iter();
+        let faces: Vec<_> = faces.map(|face| face.map(&mut index)).collect();
         let size = self.step(0.375, 0.75);
         let bend = |p: DVec3| (p * size * 1024.0).round() / 1024.0;
         let corners: Vec<DVec3> = ball
-            .corners
             .iter()
-            .map(|p| bend(p.as_dvec3()) + self.vector(0.03) + place)
+            .map(|&p| bend(p) + self.vector(0.03) + place)
             .collect();
         let positions: Vec<[f64; 3]> = corners.iter().map(|&p| layout.point(p)).collect();
-        let normals: Vec<[f64; 3]> = ball
-            .corners
-            .iter()
-            .map(|p| layout.direction(p.as_dvec3()))
-            .collect();
+        let normals: Vec<[f64; 3]> = ball.iter().map(|&p| layout.direction(p)).collect();
         let face = |&[a, b, c]: &[usize; 3]| {
             let [b, c] = layout.as_wound([b, c]);
             [a, b, c]
         };
-        let indices: Vec<_> = ball.faces.iter().map(face).collect();
+        let indices: Vec<_> = faces.iter().map(face).collect();
         let mut source = json!({ "positions": positions, "indices": indices });
         if self.chance(0.5) {
             source["normals"] = json!(normals);

@@ -1,7 +1,10 @@
-//! Cases P13 and P15: rays for which the leading coefficient of a quadric vanishes, and ellipsoids
-//! of extreme shape.
+//! Cases P13, P15 and P17: rays for which the leading coefficient of a quadric vanishes, ellipsoids
+//! of extreme shape, and a torus that is far away.
+
+use glam::{DVec2, Vec3Swizzles};
 
 use super::prelude::*;
+use super::shapes::find_closest_approach;
 
 /// A quadric with rays for which its leading coefficient vanishes: the cone with radius 3 and
 /// height 4, with its tip up, or the hyperboloid a = c = 1, from y = -1.5 to 1.5.
@@ -15,8 +18,9 @@ struct VanishingQuadric {
     /// Factors of the squared distance from the axis and of the squared height, and the constant, in
     /// the quadratic form.
     form: [f64; 3],
-    /// Heights, from the point of symmetry, between which hits are certain.
-    clip: [f64; 2],
+    /// Heights, from the point of symmetry, between which hits are certain, and between which points
+    /// are drawn.
+    clip: [[f64; 2]; 2],
     /// Height of a cap, from the point of symmetry; NaN for none.
     cap: f64,
 }
@@ -27,7 +31,7 @@ const VANISHING_QUADRICS: [VanishingQuadric; 2] = [
         generator: DVec3::new(3.0, 4.0, 0.0),
         middle: 4.0,
         form: [16.0, 9.0, 0.0],
-        clip: [-3.9, -0.1],
+        clip: [[-3.9, -0.1], [-3.8, -0.2]],
         cap: -4.0,
     },
     VanishingQuadric {
@@ -35,7 +39,7 @@ const VANISHING_QUADRICS: [VanishingQuadric; 2] = [
         generator: DVec3::new(1.0, 1.0, 0.0),
         middle: 0.0,
         form: [1.0, 1.0, 1.0],
-        clip: [-1.45, 1.45],
+        clip: [[-1.45, 1.45], [-1.4, 1.4]],
         cap: f64::NAN,
     },
 ];
@@ -43,19 +47,11 @@ const VANISHING_QUADRICS: [VanishingQuadric; 2] = [
 impl VanishingQuadric {
     /// Draws a point of the surface away from the generator.
     fn sample_point(&self, rng: &mut CaseRng) -> DVec3 {
-        let [out, up, constant] = self.form;
-        let height = if constant == 0.0 {
-            -4.0 * rng.next_uniform(0.05, 0.95)
-        } else {
-            rng.next_uniform(-1.4, 1.4)
-        };
-        let angle = rng.next_uniform(1.0, 5.3);
+        let ([out, up, constant], [low, high]) = (self.form, self.clip[1]);
+        let height = rng.next_uniform(low, high);
+        let (sin, cos) = rng.next_uniform(1.0, 5.3).sin_cos();
         let radius = ((up * height * height + constant) / out).sqrt();
-        DVec3::new(
-            angle.cos() * radius,
-            self.middle + height,
-            angle.sin() * radius,
-        )
+        DVec3::new(cos * radius, self.middle + height, sin * radius)
     }
 
     /// Returns the distance of the near root along a ray, in lengths of the direction `d`, in f64.
@@ -71,18 +67,15 @@ impl VanishingQuadric {
         }
         let q = -(b + discriminant.sqrt().copysign(b));
         // The root q/a is infinite for a = 0.
-        let [near, far] = if (c / q).abs() < (q / a).abs() {
-            [c / q, q / a]
-        } else {
-            [q / a, c / q]
-        };
+        let mut roots = [c / q, q / a];
+        roots.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let ([near, far], [low, high]) = (roots, self.clip[0]);
         let y = f.y + d.y * near;
-        let is_certain = near >= 0.1 && self.clip[0] <= y && y <= self.clip[1];
         // An earlier root or a cap would be another hit.
         let is_hidden = [far, (self.cap - f.y) / d.y]
             .iter()
             .any(|&t| 0.0 < t && t < near);
-        (is_certain && !is_hidden).then_some(near)
+        (near >= 0.1 && low <= y && y <= high && !is_hidden).then_some(near)
     }
 
     /// Returns the shape in the stored scalar.
@@ -94,90 +87,158 @@ impl VanishingQuadric {
     }
 }
 
-/// Judges case P13: rays along, or nearly along, a generator of a cone or an asymptote of a
-/// hyperboloid, with two components of the direction changed. The near root has a relative error of
-/// at most 1e-5.
-pub(super) fn vanishing_coefficients<R: Real>(trial: &mut Trial<R>) {
-    for (quadric, deviation) in VANISHING_QUADRICS
-        .iter()
-        .flat_map(|quadric| [1e-1, 1e-3, 1e-5, 1e-7, 0.0].map(|deviation| (quadric, deviation)))
-    {
-        let part = format!("{} {deviation:e}", quadric.name);
-        trial.judge_shapes(&part, (23, 200_000), true, |rng| {
-            let deviation = DVec3::new(-deviation, deviation, 0.0) * rng.next_sign();
-            let d = round_to_f32(quadric.generator + deviation);
-            let origin = round_to_f32(quadric.sample_point(rng) - d * rng.next_uniform(0.5, 3.0));
-            let near = quadric.near_root(origin, d).ok_or(Verdict::Skipped)?;
-            let ray = create_unnormalised_ray::<R>(origin, d);
-            Ok((
-                quadric.to_shape(),
-                ray,
-                judge_distance(near, 1e-5 * near, 1e-5 * near),
-            ))
-        });
-    }
-}
-
-/// Returns the judge of a hit distance, which may be wrong by `bound`, that of the textbook by
-/// `textbook_bound`.
-fn judge_distance(
-    expected: f64,
-    bound: f64,
-    textbook_bound: f64,
-) -> impl Fn(Option<FormulaHit>) -> Verdict {
-    move |hit| {
-        let error = hit.map_or(f64::INFINITY, |hit| (hit.t - expected).abs());
-        let is_textbook = hit.is_some_and(|hit| hit.is_textbook());
-        let bound = if is_textbook { textbook_bound } else { bound };
-        Verdict::from_error(error, bound, || {
-            format!("hit {hit:?} instead of one at the distance {expected}, error")
-        })
-    }
-}
-
-/// Returns the distance and the point of a ray's hit of an ellipsoid around the origin, in f64. The
-/// computation is in the space where the ellipsoid is the unit sphere. `s` holds the semi-axes, `o`
-/// and `d` are the ray's origin and direction.
-pub fn intersect_ellipsoid_in_f64(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
-    let (f, e) = (o / s, d / s);
-    let middle = -f.dot(e) / e.length_squared();
-    let l = f + e * middle;
-    let half = (1.0 - l.length_squared()) / e.length_squared();
-    (half >= 0.0).then(|| (middle - half.sqrt(), o + d * (middle - half.sqrt())))
+/// Judges a hit distance.
+fn judge_distance(hit: Option<FormulaHit>, expected: f64, bound: f64) -> Verdict {
+    let error = hit.map_or(f64::INFINITY, |hit| (hit.t - expected).abs());
+    within(error, bound, || {
+        format!("{hit:?} instead of one at the distance {expected}, error")
+    })
 }
 
 /// Semi-axes k of the ellipsoids, beside two semi-axes of 1.
 pub const EXTREME_SEMI_AXES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
 
-/// Draws a ray towards an ellipsoid with the semi-axes `semi`, from a distance of ten times the
-/// greatest. It is aimed at a random point of the ellipsoid's outline, scaled by 0.98. Returns it
-/// with the hit in f64.
-pub fn draw_ray_to_ellipsoid<R: Real>(
-    rng: &mut CaseRng,
-    semi: DVec3,
-) -> Result<(Ray<R>, (f64, DVec3)), Verdict> {
-    let origin = round_to_f32(rng.sample_direction() * (10.0 * semi.max_element()));
+/// Draws a ray towards an ellipsoid around the origin with the semi-axes `semi`, from a distance of
+/// ten times the greatest. It is aimed at a random point of the ellipsoid's outline, scaled by 0.98.
+/// Returns it with the distance of the hit in lengths of its direction, computed in f64 in the space
+/// where the ellipsoid is the unit sphere; `None` for a miss.
+pub fn draw_ray_to_ellipsoid(rng: &mut CaseRng, semi: DVec3) -> Option<(Ray<f64>, f64)> {
+    let o = round_to_f32(rng.sample_direction() * (10.0 * semi.max_element()));
     // The outline is the unit disc perpendicular to the ray, in the space where the ellipsoid is
     // the unit sphere.
-    let across = rng.sample_offset_in_disc((origin / semi).normalize(), 0.98) * semi;
-    let d = round_to_f32((across - origin).normalize());
-    let hit = intersect_ellipsoid_in_f64(origin, d, semi).ok_or(Verdict::Skipped)?;
-    Ok((create_unnormalised_ray::<R>(origin, d), hit))
+    let across = rng.sample_offset_in_disc((o / semi).normalize(), 0.98) * semi;
+    let d = round_to_f32((across - o).normalize());
+    let unit = Ray::new(o / semi, d / semi);
+    let [enters, _] = find_closest_approach(&unit, DVec3::ZERO, 1.0).1?;
+    Some((
+        create_unnormalised_ray(o, d),
+        enters / unit.direction.length(),
+    ))
 }
 
-/// Judges case P15: hits of flat and of needle-like ellipsoids. The distance is right within a
-/// thousandth of the least semi-axis, that of the textbook within a hundredth.
-pub(super) fn extreme_ellipsoids<R: Real>(trial: &mut Trial<R>) {
-    for k in EXTREME_SEMI_AXES {
-        let semi = round_to_f32(DVec3::new(1.0, 1.0, k));
-        let (seed, least) = (25 + k.to_bits() % 97, semi.min_element());
-        trial.judge_shapes(&format!("k = {k:e}"), (seed, 200_000), true, |rng| {
-            let (ray, (t, _)) = draw_ray_to_ellipsoid::<R>(rng, semi)?;
-            Ok((
-                Ellipsoid::new(DVec3::ZERO, semi).into(),
-                ray,
-                judge_distance(t, 1e-3 * least, 1e-2 * least),
-            ))
-        });
+/// Computes the signed distance of a point from the torus with major radius 1 around the y axis and
+/// tube radius `tube`, negative inside.
+fn distance_to_tube(p: DVec3, tube: f64) -> f64 {
+    DVec2::new(p.xz().length() - 1.0, p.y).length() - tube
+}
+
+/// Finds the first crossing of a ray with the torus by sphere tracing, starting at the bounding
+/// sphere. No step can jump over the tube. Returns the distance of the crossing, and the least
+/// distance from the torus along the ray.
+fn trace_distance_field(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
+    let middle = -o.dot(d);
+    let near = o + d * middle;
+    let room = (1.0 + tube) * (1.0 + tube) - near.length_squared();
+    if room < 0.0 {
+        return (None, f64::INFINITY);
     }
+    let (mut s, end, mut minimum) = (-room.sqrt(), room.sqrt(), f64::INFINITY);
+    for _ in 0..5000 {
+        let free = distance_to_tube(near + d * s, tube);
+        minimum = minimum.min(free);
+        if free < 1e-12 {
+            break;
+        }
+        s += free;
+        if s > end {
+            return (None, minimum);
+        }
+    }
+    (Some(middle + s), minimum)
+}
+
+/// Judges a hit of a torus by a ray.
+fn judge_torus_hit(hit: Option<FormulaHit>, ray: &Ray<f64>, tube: f64) -> Verdict {
+    let length = ray.direction.length();
+    let (expected, minimum) = trace_distance_field(ray.origin, ray.direction / length, tube);
+    match (hit, expected) {
+        (None, None) => Verdict::Right(0.0),
+        // A ray that grazes the tube within the precision of f64 is undecidable.
+        (None, Some(t)) if distance_to_tube(ray.at((t + 1e-7) / length), tube) > -1e-11 => {
+            Verdict::Undecidable
+        }
+        (Some(_), None) if minimum < 1e-11 => Verdict::Undecidable,
+        (Some(hit), Some(t)) => {
+            let off = distance_to_tube(hit.on_ray, tube).abs() / tube;
+            // The hit must lie on the tube, and at the first crossing: the distance between two
+            // crossings far exceeds rounding.
+            let late = (hit.t * length - t).abs() / tube;
+            let bound = if tube < 0.05 { 1e-2 } else { 1e-3 };
+            within(off, bound, || "distance of the hit point from the torus")
+                & require(late < 0.3, || "hit after the first crossing")
+        }
+        _ => require(false, || {
+            format!("{hit:?} where the torus is at {expected:?}, passed at {minimum:e}")
+        }),
+    }
+}
+
+/// Cases of quadrics and tori.
+pub(super) fn cases<R: Real>() -> Vec<Case<R>> {
+    vec![
+        // Rays along, or nearly along, a generator of a cone or an asymptote of a hyperboloid, with
+        // two components of the direction changed. The near root has a relative error of at most
+        // 1e-5.
+        ("P13", |trial| {
+            for quadric in &VANISHING_QUADRICS {
+                for deviation in [1e-1, 1e-3, 1e-5, 1e-7, 0.0] {
+                    let part = format!("{} {deviation:e}", quadric.name);
+                    trial.judge(&part, (23, 200_000), BOTH, |rng, formula| {
+                        let deviation = DVec3::new(-deviation, deviation, 0.0) * rng.next_sign();
+                        let d = round_to_f32(quadric.generator + deviation);
+                        let o = round_to_f32(
+                            quadric.sample_point(rng) - d * rng.next_uniform(0.5, 3.0),
+                        );
+                        let Some(near) = quadric.near_root(o, d) else {
+                            return Verdict::Skipped;
+                        };
+                        let hit =
+                            formula.intersect(quadric.to_shape(), create_unnormalised_ray(o, d));
+                        judge_distance(hit, near, 1e-5 * near)
+                    });
+                }
+            }
+        }),
+        // Hits of flat and of needle-like ellipsoids. The distance is right within a thousandth of
+        // the least semi-axis, that of the textbook within a hundredth.
+        ("P15", |trial| {
+            for k in EXTREME_SEMI_AXES {
+                let semi = round_to_f32(DVec3::new(1.0, 1.0, k));
+                let rays = (25 + k.to_bits() % 97, 200_000);
+                trial.judge(&format!("k = {k:e}"), rays, BOTH, |rng, formula| {
+                    let Some((ray, t)) = draw_ray_to_ellipsoid(rng, semi) else {
+                        return Verdict::Skipped;
+                    };
+                    let hit = formula.intersect(Ellipsoid::new(DVec3::ZERO, semi), ray);
+                    let bound = if formula.is_textbook { 1e-2 } else { 1e-3 };
+                    judge_distance(hit, t, bound * semi.min_element())
+                });
+            }
+        }),
+        // Tori with three tube radii, by rays from 3 to 1000 major radii away, spread over the
+        // bounding sphere. A miss of the torus is wrong, and so is a false hit. A hit point is wrong
+        // if its distance from the surface exceeds a thousandth of the tube radius, for a tube
+        // radius below 0.05 a hundredth, or if it is not at the first crossing.
+        ("P17", |trial| {
+            for tube in [0.3_f32, 0.1, 0.01] {
+                for far in [3.0, 10.0, 100.0, 1000.0] {
+                    let (part, tube) = (format!("tube {tube} at {far:e}"), f64::from(tube));
+                    trial.judge(&part, (30 + far as u64, 40_000), BOTH, |rng, formula| {
+                        let out = rng.sample_direction();
+                        // Half of the rays are aimed at the tube itself.
+                        let target = if rng.next_sign() > 0.0 {
+                            let ring = rng.sample_offset_in_disc(DVec3::Y, 1.0).normalize();
+                            ring + rng.sample_offset_in_disc(out, 1.2 * tube)
+                        } else {
+                            rng.sample_offset_in_disc(out, 1.0 + tube)
+                        };
+                        let ray = create_ray_towards(out * far, target);
+                        let hit =
+                            formula.intersect(Torus::new(DVec3::ZERO, DVec3::Y, 1.0, tube), ray);
+                        judge_torus_hit(hit, &ray, tube)
+                    });
+                }
+            }
+        }),
+    ]
 }

@@ -4,102 +4,80 @@
 use super::prelude::*;
 use crate::shapes::quartic::Quartic;
 
-/// Distances at which a ray enters and leaves a solid.
-type TextbookCrossings = [f32; 2];
-
 /// Returns the distance of the closest hit of a ray with a shape by the textbook formula; `None`
 /// for a miss.
 ///
 /// # Panics
-/// For a shape without a textbook formula.
+/// For a shape without a textbook formula, and for a cone whose axis is not the y axis.
 pub fn intersect<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<f32> {
     let ray = &Ray::new(ray.origin.to_f32(), ray.direction.to_f32());
     let (d, from) = (ray.direction, |centre: R::Vec3| {
         ray.origin - centre.to_f32()
     });
-    // Height of the middle, and greatest distance from it: the clip of a hyperboloid.
-    let (mut middle, mut clip) = (0.0, f32::INFINITY);
+    // Height of the middle, and the range of heights beside it: the clip of a hyperboloid or cone.
+    let (mut middle, mut clip) = (0.0, f32::NEG_INFINITY..=f32::INFINITY);
+    let sheet = |p: Vec3, q: Vec3| p.x * q.x + p.z * q.z - p.y * q.y;
+    // The roots (−b ± √(b² − a·c))/a for a quadratic form of a direction d and an offset f:
+    // a = form(d, d), b = form(d, f), c = form(f, f) − constant.
+    let roots = |scale: Vec3, f: Vec3, form: &dyn Fn(Vec3, Vec3) -> f32, constant: f32| {
+        let (d, f) = (d * scale, f * scale);
+        let (a, b, c) = (form(d, d), form(d, f), form(f, f) - constant);
+        let root = (b * b - a * c).sqrt();
+        [(-b - root) / a, (root - b) / a]
+    };
     let crossings = match shape {
         AnyShape::Sphere(sphere) => {
             let radius = sphere.radius.to_f32();
-            quadratic_roots([d, from(sphere.centre)], Vec3::dot, radius * radius)
+            roots(Vec3::ONE, from(sphere.centre), &Vec3::dot, radius * radius)
         }
         // In the space where the ellipsoid is a sphere: each axis is scaled by the product of the
         // semi-axes along the other two.
         AnyShape::Ellipsoid(body) => {
             let s = body.semi_axes.to_f32();
-            let (scale, radius) = (Vec3::new(s.y * s.z, s.z * s.x, s.x * s.y), s.x * s.y * s.z);
-            let vectors = [d * scale, from(body.centre) * scale];
-            quadratic_roots(vectors, Vec3::dot, radius * radius)
+            let radius = s.x * s.y * s.z;
+            roots(
+                Vec3::new(s.y * s.z, s.z * s.x, s.x * s.y),
+                from(body.centre),
+                &Vec3::dot,
+                radius * radius,
+            )
         }
-        AnyShape::Hyperboloid(sheet) => {
-            let (a, c) = (sheet.waist.to_f32(), sheet.slope.to_f32());
-            let scale = Vec3::new(c, a, c);
-            (middle, clip) = (sheet.centre.y().to_f32(), sheet.half_height.to_f32());
-            let form = |p: Vec3, q: Vec3| p.x * q.x + p.z * q.z - p.y * q.y;
-            let vectors = [d * scale, from(sheet.centre) * scale];
-            quadratic_roots(vectors, form, (a * c) * (a * c))
+        AnyShape::Hyperboloid(body) => {
+            let (a, c) = (body.waist.to_f32(), body.slope.to_f32());
+            let half = body.half_height.to_f32();
+            (middle, clip) = (body.centre.y().to_f32(), -half..=half);
+            roots(
+                Vec3::new(c, a, c),
+                from(body.centre),
+                &sheet,
+                (a * c) * (a * c),
+            )
         }
-        AnyShape::Cone(cone) => intersect_cone(cone, ray),
+        AnyShape::Cone(cone) => {
+            let (axis, tip) = (cone.axis.to_f32(), cone.base + cone.axis);
+            assert!(
+                axis.x == 0.0 && axis.z == 0.0,
+                "the cone stands on its base"
+            );
+            (middle, clip) = (tip.y().to_f32(), -axis.y..=0.0);
+            roots(
+                Vec3::new(axis.y, cone.radius.to_f32(), axis.y),
+                from(tip),
+                &sheet,
+                0.0,
+            )
+        }
         AnyShape::Torus(ring) => return intersect_torus(ring, ray),
         AnyShape::Triangle(face) => return intersect_triangle(face, ray),
         // Only shapes that a case compares have a formula here.
         _ => panic!("the textbook has no formula for {shape:?}"),
     };
-    let is_ahead = |&t: &f32| t > 0.0 && t < f32::INFINITY && (ray.at(t).y - middle).abs() <= clip;
-    crossings?
+    let is_ahead =
+        |&t: &f32| t > 0.0 && t < f32::INFINITY && clip.contains(&(ray.at(t).y - middle));
+    crossings
         .into_iter()
         .filter(is_ahead)
         .min_by(f32::total_cmp)
-}
-
-/// Computes the roots (−b ± √(b² − a·c))/a for a quadratic form of a direction d and an offset f:
-/// a = form(d, d), b = form(d, f), c = form(f, f) − `constant`; `None` if they are not real.
-fn quadratic_roots(
-    [d, f]: [Vec3; 2],
-    form: impl Fn(Vec3, Vec3) -> f32,
-    constant: f32,
-) -> Option<TextbookCrossings> {
-    solve_quadratic([form(d, d), form(d, f), form(f, f) - constant])
-}
-
-fn solve_quadratic([a, b, c]: [f32; 3]) -> Option<TextbookCrossings> {
-    let discriminant = b * b - a * c;
-    let root = discriminant.sqrt();
-    (discriminant >= 0.0).then(|| [(-b - root) / a, (root - b) / a])
-}
-
-/// Intersects a ray with the part of a cone's nappe between both ends.
-fn intersect_cone<R: Real>(cone: &Cone<R>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
-    let (axis, d, f) = (
-        cone.axis.to_f32(),
-        ray.direction,
-        ray.origin - cone.base.to_f32(),
-    );
-    let radius = cone.radius.to_f32();
-    let (squared, taper) = (axis.dot(axis), cone.top_radius.to_f32() - radius);
-    let (m, n) = (d.cross(axis), f.cross(axis));
-    // The radius at distance t, times the squared axis, is reach + t·opening.
-    let (reach, opening) = (radius * squared + taper * f.dot(axis), taper * d.dot(axis));
-    let a = squared * m.dot(m) - opening * opening;
-    let b = squared * m.dot(n) - reach * opening;
-    let c = squared * n.dot(n) - reach * reach;
-    let [enter, leave] = solve_quadratic([a, b, c])?;
-    let wall = match () {
-        () if a > 0.0 && reach - opening * b / a < 0.0 => return None,
-        () if a > 0.0 => [enter, leave],
-        // The ray is steeper than the wall: everything beyond one root is inside, on the side where
-        // the radius grows.
-        () if opening > 0.0 => [enter, f32::INFINITY],
-        () => [f32::NEG_INFINITY, leave],
-    };
-    let (height, slope) = (axis.dot(f), axis.dot(d));
-    let ends = [-height / slope, (squared - height) / slope];
-    let (near, far) = (
-        wall[0].max(ends[0].min(ends[1])),
-        wall[1].min(ends[0].max(ends[1])),
-    );
-    (near < far).then_some([near, far])
 }
 
 /// Intersects a ray with a torus by a quartic. Its coefficients are computed relative to the ray's
@@ -153,10 +131,10 @@ fn intersect_triangle<R: Real>(face: &Triangle<R>, ray: &Ray<f32>) -> Option<f32
 
 /// Whether a ray enters a box, by a slab test in f32. To avoid a division by zero, the reciprocal
 /// of each direction component is clamped to at most 2²³.
-pub(crate) fn enters_box([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
+pub(crate) fn enters_box<R: Real>(corners: [DVec3; 2], ray: &Ray<R>) -> bool {
     const MOST: f32 = 8_388_608.0;
-    let inverse = ray.direction.map(|d| (1.0 / d).clamp(-MOST, MOST));
-    let (a, b) = ((min - ray.origin) * inverse, (max - ray.origin) * inverse);
+    let inverse = ray.direction.to_f32().map(|d| (1.0 / d).clamp(-MOST, MOST));
+    let [a, b] = corners.map(|p| (p.as_vec3() - ray.origin.to_f32()) * inverse);
     let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
     near.max(0.0) <= far
 }

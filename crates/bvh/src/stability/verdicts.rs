@@ -2,6 +2,7 @@
 //! and the outcome that counts them. Rays are judged in parallel.
 
 use core::fmt;
+use core::ops::BitAnd;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -51,6 +52,10 @@ impl CaseRng {
     pub fn next_in_unit_interval(&mut self) -> f64 {
         (self.next_bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
+    /// Samples numbers, each uniform in [0, 1).
+    pub fn next_numbers<const N: usize>(&mut self) -> [f64; N] {
+        [(); N].map(|()| self.next_in_unit_interval())
+    }
     /// Samples a number, uniform in [low, high).
     pub fn next_uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.next_in_unit_interval()
@@ -65,29 +70,21 @@ impl CaseRng {
     }
     /// Samples a unit vector, uniform on the sphere.
     pub fn sample_direction(&mut self) -> DVec3 {
-        let (z, a) = (
-            self.next_uniform(-1.0, 1.0),
-            self.next_in_unit_interval() * core::f64::consts::TAU,
-        );
+        let z = self.next_uniform(-1.0, 1.0);
+        let (sin, cos) = (self.next_in_unit_interval() * core::f64::consts::TAU).sin_cos();
         let ring = (1.0 - z * z).sqrt();
-        DVec3::new(ring * a.cos(), ring * a.sin(), z)
+        DVec3::new(ring * cos, ring * sin, z)
     }
     /// Samples a point, uniform in the cube [−1, 1]³.
     pub fn sample_point_in_cube(&mut self) -> DVec3 {
-        DVec3::new(
-            self.next_uniform(-1.0, 1.0),
-            self.next_uniform(-1.0, 1.0),
-            self.next_uniform(-1.0, 1.0),
-        )
+        DVec3::from_array([(); 3].map(|()| self.next_uniform(-1.0, 1.0)))
     }
     /// Samples an offset, uniform in the disc of the given radius perpendicular to `across`.
     pub fn sample_offset_in_disc(&mut self, across: DVec3, radius: f64) -> DVec3 {
         let (a, b) = across.any_orthonormal_pair();
-        let (r, angle) = (
-            radius * self.next_in_unit_interval().sqrt(),
-            self.next_in_unit_interval() * core::f64::consts::TAU,
-        );
-        a * (r * angle.cos()) + b * (r * angle.sin())
+        let r = radius * self.next_in_unit_interval().sqrt();
+        let (sin, cos) = (self.next_in_unit_interval() * core::f64::consts::TAU).sin_cos();
+        a * (r * cos) + b * (r * sin)
     }
 }
 
@@ -99,6 +96,14 @@ pub fn to_scalar<R: Real>(v: DVec3) -> R::Vec3 {
 /// Rounds a vector to f32 and converts it back, so that both precisions store it exactly.
 pub fn round_to_f32(v: DVec3) -> DVec3 {
     v.as_vec3().as_dvec3()
+}
+
+/// Converts a ray to the precision `R`, which holds its numbers exactly.
+pub fn to_precision<R: Real>(ray: Ray<impl Real>) -> Ray<R> {
+    Ray::new(
+        to_scalar::<R>(ray.origin.to_f64()),
+        to_scalar::<R>(ray.direction.to_f64()),
+    )
 }
 
 /// Creates a ray whose direction is not normalised.
@@ -119,15 +124,6 @@ pub fn nearest_hit<R: Real>(shape: &impl Shape<R>, ray: &Ray<R>) -> Option<Shape
     shape.intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Both)
 }
 
-/// Formats the bit patterns of the ray's numbers as f32, for a message.
-pub fn format_ray_bits<R: Real>(ray: &Ray<R>) -> String {
-    let [origin, direction] = [ray.origin.to_f32(), ray.direction.to_f32()].map(|v| {
-        let [x, y, z] = [v.x, v.y, v.z].map(f32::to_bits);
-        format!("{x:08x} {y:08x} {z:08x}")
-    });
-    format!(" (bits of the ray as f32: origin {origin}, direction {direction})")
-}
-
 /// Verdict about one ray of a case, from a comparison with an oracle (the exact result).
 #[derive(Clone, Debug)]
 pub enum Verdict {
@@ -142,42 +138,34 @@ pub enum Verdict {
     Skipped,
 }
 
-impl Verdict {
-    /// Creates the verdict about an error. It is right if the error is at most `bound`. Otherwise,
-    /// and for NaN, it is wrong. `label` returns the message of a wrong verdict.
-    pub fn from_error<L: fmt::Display>(error: f64, bound: f64, label: impl FnOnce() -> L) -> Self {
-        if error <= bound {
-            return Self::Right(error / bound);
-        }
-        let label = label();
-        Self::Wrong(format!("{label}: {error:e}, at most {bound:e} is allowed"))
+/// Returns the verdict about an error. It is right if the error is at most `bound`. Otherwise, and
+/// for NaN, it is wrong. `label` returns the message of a wrong verdict.
+pub fn within<L: fmt::Display>(error: f64, bound: f64, label: impl FnOnce() -> L) -> Verdict {
+    if error <= bound {
+        return Verdict::Right(error / bound);
     }
-    /// Creates the verdict about a condition, which is right if the condition holds. `label`
-    /// returns the message of a wrong verdict.
-    pub fn from_condition<L: fmt::Display>(condition: bool, label: impl FnOnce() -> L) -> Self {
-        if condition {
-            Self::Right(0.0)
-        } else {
-            Self::Wrong(label().to_string())
-        }
+    let label = label();
+    Verdict::Wrong(format!("{label}: {error:e}, at most {bound:e} is allowed"))
+}
+
+/// Returns the verdict about a condition, which is right if the condition holds. `label` returns
+/// the message of a wrong verdict.
+pub fn require<L: fmt::Display>(condition: bool, label: impl FnOnce() -> L) -> Verdict {
+    if condition {
+        return Verdict::Right(0.0);
     }
-    /// Combines this verdict with the verdict that `other` returns. If both are right, the result
-    /// is right with the greater error. Otherwise it is the first of the two that is not right.
-    pub fn and_then(self, other: impl FnOnce() -> Self) -> Self {
-        match self {
-            Self::Right(a) => match other() {
-                Self::Right(b) => Self::Right(a.max(b)),
-                verdict => verdict,
-            },
-            verdict => verdict,
-        }
-    }
-    /// Adds to the message of a wrong verdict what `detail` returns.
-    #[must_use]
-    pub fn with_detail(self, detail: impl FnOnce() -> String) -> Self {
-        match self {
-            Self::Wrong(message) => Self::Wrong(message + &detail()),
-            verdict => verdict,
+    Verdict::Wrong(label().to_string())
+}
+
+/// Combines verdicts. If both are right, the result is right with the greater error. Otherwise it
+/// is the first of the two that is not right.
+impl BitAnd for Verdict {
+    type Output = Self;
+
+    fn bitand(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Right(a), Self::Right(b)) => Self::Right(a.max(b)),
+            (Self::Right(_), verdict) | (verdict, _) => verdict,
         }
     }
 }
@@ -202,12 +190,15 @@ impl RayCount {
     }
 }
 
-/// Outcome of a case or of a part of it: how many of its rays were judged right, wrong, or not at
-/// all.
+/// Outcome of a part of a case in a setting: how many of its rays were judged right, wrong, or not
+/// at all.
 #[derive(Clone, Debug, Default)]
 pub struct CaseOutcome {
     /// Number of the case and name of the part.
     pub case: String,
+    /// Name of the setting: the precision and, if several kernels can traverse the tree, the
+    /// kernel, as in `robust, avx2`; or `textbook`, for the textbook's formulas in f32.
+    pub setting: String,
     /// Number of rays that the whole case has.
     pub rays: u64,
     /// Number of rays that were traced, which may be less than `rays`.
@@ -231,29 +222,37 @@ impl CaseOutcome {
     pub fn wrong_fraction(&self) -> f64 {
         self.wrong as f64 / (self.judged as f64).max(1.0)
     }
-    /// Counts the verdict about the ray with this index.
-    fn count_verdict(&mut self, index: u64, verdict: Verdict) {
-        self.judged += u64::from(matches!(verdict, Verdict::Right(_) | Verdict::Wrong(_)));
+    /// Returns the outcome of a single ray with this index.
+    fn of_ray(index: u64, verdict: Verdict) -> Self {
+        let one = Self {
+            judged: 1,
+            ..Self::default()
+        };
         match verdict {
-            Verdict::Right(share) => self.worst = self.worst.max(share),
-            Verdict::Undecidable => self.undecidable += 1,
-            Verdict::Skipped => self.skipped += 1,
-            Verdict::Wrong(message) => {
-                self.wrong += 1;
-                let first = self.first_wrong.take();
-                self.first_wrong = first
-                    .filter(|first| first.0 < index)
-                    .or(Some((index, message)));
-            }
+            Verdict::Right(worst) => Self { worst, ..one },
+            Verdict::Wrong(label) => Self {
+                wrong: 1,
+                first_wrong: Some((index, label)),
+                ..one
+            },
+            Verdict::Undecidable => Self {
+                judged: 0,
+                undecidable: 1,
+                ..one
+            },
+            Verdict::Skipped => Self {
+                judged: 0,
+                skipped: 1,
+                ..one
+            },
         }
     }
     /// Merges two outcomes: counts are added, and the greater error and the first wrong ray are
-    /// kept. The name is that of `self`.
+    /// kept. The names are those of `self`.
     #[must_use]
     pub fn merge(self, other: Self) -> Self {
         let wrong = self.first_wrong.into_iter().chain(other.first_wrong);
         Self {
-            case: self.case,
             rays: self.rays + other.rays,
             shot: self.shot + other.shot,
             judged: self.judged + other.judged,
@@ -262,45 +261,31 @@ impl CaseOutcome {
             skipped: self.skipped + other.skipped,
             worst: self.worst.max(other.worst),
             first_wrong: wrong.min_by_key(|first| first.0),
+            ..self
         }
     }
 }
 
-/// Judges the rays of a case in parallel and returns the outcome of each of `settings` settings.
-/// The case has `count` rays, of which `rays` selects all or a part. The function `f` creates a ray
-/// from that ray's own random numbers and returns its verdict in each setting.
-pub(super) fn judge_settings(
+/// Judges the rays of a case in parallel. The case has `count` rays, of which `rays` selects all or
+/// a part. The function `f` returns the verdict about the ray with an index.
+pub(super) fn judge_indices(
     case: &str,
-    (seed, count): (u64, u32),
+    count: u32,
     rays: RayCount,
-    settings: usize,
-    f: impl Fn(&mut CaseRng) -> Vec<Verdict> + Sync,
-) -> Vec<CaseOutcome> {
+    f: impl Fn(u64) -> Verdict + Sync,
+) -> CaseOutcome {
     let shot = rays.limit_ray_count(count);
-    let none = || vec![CaseOutcome::default(); settings];
-    let outcomes = (0..shot)
-        .into_par_iter()
-        .with_min_len(8)
-        .fold(none, |mut sums, index| {
-            let index = u64::from(index);
-            for (sum, verdict) in sums.iter_mut().zip(f(&mut CaseRng::new(seed, index))) {
-                sum.count_verdict(index, verdict);
-            }
-            sums
-        })
-        .reduce(none, |a, b| {
-            a.into_iter().zip(b).map(|(a, b)| a.merge(b)).collect()
-        });
-    let named = |outcome| CaseOutcome {
+    let judge = |index: u32| CaseOutcome::of_ray(index.into(), f(index.into()));
+    let outcomes = (0..shot).into_par_iter().with_min_len(8).map(judge);
+    CaseOutcome {
         case: case.to_owned(),
         rays: count.into(),
         shot: shot.into(),
-        ..outcome
-    };
-    outcomes.into_iter().map(named).collect()
+        ..outcomes.reduce(CaseOutcome::default, CaseOutcome::merge)
+    }
 }
 
-/// Judges the rays of a case in a single setting: `judge_settings` with one verdict a ray.
+/// Judges the rays of a case in parallel, each by its own random numbers.
 pub fn judge_rays(
     case: &str,
     seed: u64,
@@ -308,5 +293,5 @@ pub fn judge_rays(
     rays: RayCount,
     f: impl Fn(&mut CaseRng) -> Verdict + Sync,
 ) -> CaseOutcome {
-    judge_settings(case, (seed, count), rays, 1, |rng| vec![f(rng)]).swap_remove(0)
+    judge_indices(case, count, rays, |index| f(&mut CaseRng::new(seed, index)))
 }

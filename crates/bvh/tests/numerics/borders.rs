@@ -8,7 +8,7 @@ use raywright_bvh::{Interval, PreparedRay, Real, Shape, Side};
 
 use super::support::{
     CaseRng, Expect, Verdict, create_ray_towards, create_unnormalised_ray, format_ray_bits, judge,
-    nearest_hit, round_to_f32, to_scalar, ulp,
+    nearest_hit, require, round_to_f32, to_scalar, ulp, within,
 };
 
 const STEPS: [f64; 7] = [0.0, 1.0, -1.0, 4.0, -4.0, 64.0, -64.0];
@@ -62,10 +62,10 @@ fn p09_quad_border() {
             return Verdict::Skipped;
         }
         let got = nearest_hit::<f32>(&quad, &ray).is_some();
-        Verdict::from_condition(got == (margin > 0.0), || {
+        require(got == (margin > 0.0), || {
             format!(
                 "hit {got} at {margin:e} from the border{}",
-                format_ray_bits::<f32>(&ray)
+                format_ray_bits(&ray)
             )
         })
     })
@@ -105,10 +105,10 @@ fn p09_disk_border() {
             return Verdict::Skipped;
         }
         let got = nearest_hit::<f32>(&disk, &ray).is_some();
-        Verdict::from_condition(got == (margin > 0.0), || {
+        require(got == (margin > 0.0), || {
             format!(
                 "hit {got} at {margin:e} from the rim{}",
-                format_ray_bits::<f32>(&ray)
+                format_ray_bits(&ray)
             )
         })
     })
@@ -144,8 +144,8 @@ fn p09_no_leak_between_quads() {
         }
         let is_hit =
             nearest_hit::<f32>(&a, &ray).is_some() || nearest_hit::<f32>(&b, &ray).is_some();
-        Verdict::from_condition(is_hit, || {
-            format!("leak{} {a:?} {b:?}", format_ray_bits::<f32>(&ray))
+        require(is_hit, || {
+            format!("leak{} {a:?} {b:?}", format_ray_bits(&ray))
         })
     })
     .expect_right(1_000_000);
@@ -221,7 +221,7 @@ fn p11_cap_seam() {
         if enters.is_some() != leaves.is_some() {
             return Verdict::Wrong(format!(
                 "enters {enters:?}, leaves {leaves:?}{} {shape:?}",
-                format_ray_bits::<f32>(&ray)
+                format_ray_bits(&ray)
             ));
         }
         // One by one, as a chain of queries finds them.
@@ -245,25 +245,19 @@ fn p11_cap_seam() {
             if deeper { high = b } else { low = a }
         }
         let deepest = depth(o + d * low, base, axis, radii);
-        Verdict::from_condition(count % 2 == 0 && count <= 2, || {
-            format!("{count} hits{} {shape:?}", format_ray_bits::<f32>(&ray))
-        })
-        .and_then(|| {
-            Verdict::from_condition(deepest < 4.0 * ulp(scale) || count == 2, || {
-                format!(
-                    "leak at depth {deepest:e}{} {shape:?}",
-                    format_ray_bits::<f32>(&ray)
-                )
-            })
-        })
-        .and_then(|| {
-            Verdict::from_condition(deepest > -4.0 * ulp(scale) || count == 0, || {
-                format!(
-                    "false hit at {deepest:e}{} {shape:?}",
-                    format_ray_bits::<f32>(&ray)
-                )
-            })
-        })
+        require(count % 2 == 0 && count <= 2, || {
+            format!("{count} hits{} {shape:?}", format_ray_bits(&ray))
+        }) & (require(deepest < 4.0 * ulp(scale) || count == 2, || {
+            format!(
+                "leak at depth {deepest:e}{} {shape:?}",
+                format_ray_bits(&ray)
+            )
+        })) & (require(deepest > -4.0 * ulp(scale) || count == 0, || {
+            format!(
+                "false hit at {deepest:e}{} {shape:?}",
+                format_ray_bits(&ray)
+            )
+        }))
     })
     .expect_right(1_000_000);
 }
@@ -337,25 +331,26 @@ fn p14_empty_and_thin_clips() {
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = o.abs().max_element().max(1.0);
         shapes.iter().fold(Verdict::Right(0.0), |verdict, shape| {
-            verdict.and_then(|| match nearest_hit::<f32>(shape, &ray) {
-                None => Verdict::Right(0.0),
-                Some(_) if height == 0.0 => Verdict::Wrong(format!(
-                    "hit nothing at all{} {shape:?}",
-                    format_ray_bits::<f32>(&ray)
-                )),
-                Some(h) => {
-                    let y = o.y + d.y * f64::from(h.t);
-                    let low = if matches!(shape, AnyShape::Hyperboloid(_)) {
-                        -height
-                    } else {
-                        0.0
-                    };
-                    let over = (y - height).max(low - y);
-                    Verdict::from_error(over, 4.0 * ulp(scale), || {
-                        format!("beyond the clip{} {shape:?}", format_ray_bits::<f32>(&ray))
-                    })
-                }
-            })
+            verdict
+                & (match nearest_hit::<f32>(shape, &ray) {
+                    None => Verdict::Right(0.0),
+                    Some(_) if height == 0.0 => Verdict::Wrong(format!(
+                        "hit nothing at all{} {shape:?}",
+                        format_ray_bits(&ray)
+                    )),
+                    Some(h) => {
+                        let y = o.y + d.y * f64::from(h.t);
+                        let low = if matches!(shape, AnyShape::Hyperboloid(_)) {
+                            -height
+                        } else {
+                            0.0
+                        };
+                        let over = (y - height).max(low - y);
+                        within(over, 4.0 * ulp(scale), || {
+                            format!("beyond the clip{} {shape:?}", format_ray_bits(&ray))
+                        })
+                    }
+                })
         })
     })
     .expect_right(300_000);
@@ -490,10 +485,10 @@ fn p14_clips_are_exact() {
             .fold(f64::INFINITY, f64::min);
         let got = nearest_hit::<f32>(&open.shape, &ray).map_or(f64::INFINITY, |h| f64::from(h.t));
         let same = got == expected || (got - expected).abs() < 1e-4;
-        Verdict::from_condition(same, || {
+        require(same, || {
             format!(
                 "{got} instead of {expected}, margins {margins:?}{} {:?}",
-                format_ray_bits::<f32>(&ray),
+                format_ray_bits(&ray),
                 open.shape
             )
         })

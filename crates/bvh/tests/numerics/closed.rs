@@ -6,8 +6,8 @@ use raywright_bvh::shapes::{AnyShape, Cuboid, Quad, Sphere, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
 use super::support::{
-    CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, round_to_f32, to_scalar,
-    ulp,
+    CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, require, round_to_f32,
+    to_scalar, ulp,
 };
 
 const GAP: f64 = 1e-4;
@@ -91,11 +91,11 @@ fn s04_thin_gap() {
             return Verdict::Wrong("no shadow ray".into());
         };
         let got = geometry.occluded(&shadow, range, &mut |_| true, &mut ());
-        Verdict::from_condition(got == dark, || {
+        require(got == dark, || {
             format!(
                 "shadow {got} on sheet {}{}",
                 hit.object,
-                format_ray_bits::<f32>(&shadow)
+                format_ray_bits(&shadow)
             )
         })
     })
@@ -174,10 +174,10 @@ fn s04_thin_shell() {
             };
             ray = Ray::new(surface.spawn_ray_origin(onward.as_vec3()), onward.as_vec3());
         }
-        Verdict::from_condition(hit_primitives == expected, || {
+        require(hit_primitives == expected, || {
             format!(
                 "met {hit_primitives:?}, not {expected:?}, impact {impact}{}",
-                format_ray_bits::<f32>(&ray)
+                format_ray_bits(&ray)
             )
         })
     })
@@ -338,7 +338,7 @@ fn s05_nothing_escapes() {
                     let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
                         return Verdict::Wrong(format!(
                             "escaped after {bounce} bounces{}",
-                            format_ray_bits::<f32>(&ray)
+                            format_ray_bits(&ray)
                         ));
                     };
                     let surface = geometry.surface(&ray, &hit);
@@ -346,7 +346,7 @@ fn s05_nothing_escapes() {
                     if inward.dot(middle - surface.point.as_dvec3()) <= 0.0 {
                         return Verdict::Wrong(format!(
                             "a wall from behind after {bounce} bounces{}",
-                            format_ray_bits::<f32>(&ray)
+                            format_ray_bits(&ray)
                         ));
                     }
                     let d = onward(rng, &surface, inward, point, edges);

@@ -12,7 +12,7 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 use super::stated::shapes;
 use super::support::{
     CaseOutcome, CaseRng, Expect, UNIT_ROUNDOFF, Verdict, create_ray_towards, format_ray_bits,
-    judge, round_to_f32, to_scalar, ulp,
+    judge, round_to_f32, to_scalar, ulp, within,
 };
 
 /// The shapes whose tests solve an equation; flat shapes have other tests.
@@ -159,7 +159,7 @@ fn far<R: Real>(
                     surface.point.to_f64().distance(p),
                     surface.normal.to_f64().distance(n),
                 );
-                Verdict::from_error(off, bound, || {
+                within(off, bound, || {
                     format!(
                         "{:?} instead of {p}{}",
                         surface.point,
@@ -168,12 +168,12 @@ fn far<R: Real>(
                 })
                 // No surface here has a radius of curvature below a fifth of its size, except at a
                 // cone's apex.
-                .and_then(|| {
+ & {
                     let curved = if name == "cone" { 1e-2 } else { 5.0 * bound };
-                    Verdict::from_error(turned, curved, || {
+                    within(turned, curved, || {
                         format!("normal{}", format_ray_bits::<R>(&ray))
                     })
-                })
+                }
             }
         }
     })
@@ -236,7 +236,7 @@ fn stated_bounds_hold_far_from_the_origin() {
                 };
                 let surface_point = shape.locate_surface_point(&prepared_ray, hit);
                 let reach = surface_point.error * surface_point.normal.abs().element_sum();
-                Verdict::from_error(height(surface_point.point).abs(), reach, || {
+                within(height(surface_point.point).abs(), reach, || {
                     format!("{shape:?} {prepared_ray:?}")
                 })
             };

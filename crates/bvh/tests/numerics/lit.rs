@@ -7,7 +7,7 @@ use raywright_bvh::shapes::{AnyShape, Quad};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
 use super::support::{
-    CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, round_to_f32,
+    CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, require, round_to_f32,
 };
 
 /// A light, the ceiling around it in the same plane, and a wall that crosses neither.
@@ -107,11 +107,11 @@ fn s06_no_shadow_by_the_light_or_its_holder() {
                 ));
             };
             let blocked = room.geometry.occluded(&ray, range, &mut |_| true, &mut ());
-            Verdict::from_condition(!blocked, || {
+            require(!blocked, || {
                 format!(
                     "shadowed at {position:?}, {:?}{}",
                     target.point,
-                    format_ray_bits::<f32>(&ray)
+                    format_ray_bits(&ray)
                 )
             })
         })
@@ -218,11 +218,11 @@ fn s06_at_no_distance() {
                 continue;
             };
             if !(ray.is_finite() && range.max.is_finite()) {
-                return Verdict::Wrong(format!("{range:?}{}", format_ray_bits::<f32>(&ray)));
+                return Verdict::Wrong(format!("{range:?}{}", format_ray_bits(&ray)));
             }
         }
         let to_itself = target.spawn_ray_to_point(target.point);
-        Verdict::from_condition(
+        require(
             to_itself.is_none_or(|(ray, range)| ray.is_finite() && range.max.is_finite()),
             || "not finite",
         )
@@ -275,11 +275,8 @@ fn s06_a_distant_lamp_is_not_in_its_own_light() {
             return Verdict::Wrong("no ray".into());
         };
         let dark = geometry.occluded(&ray, range, &mut |_| true, &mut ());
-        Verdict::from_condition(!dark, || {
-            format!(
-                "its own shadow from {distance:e}{}",
-                format_ray_bits::<f32>(&ray)
-            )
+        require(!dark, || {
+            format!("its own shadow from {distance:e}{}", format_ray_bits(&ray))
         })
     })
     .expect_right(50_000);

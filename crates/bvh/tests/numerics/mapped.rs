@@ -11,7 +11,7 @@ use raywright_bvh::{
 
 use super::support::{
     CaseRng, Expect, UNIT_ROUNDOFF, Verdict, create_ray_towards, format_ray_bits, judge,
-    round_to_f32, to_scalar,
+    round_to_f32, to_scalar, within,
 };
 
 /// Scales from 1e-3 to 1e3 in each axis, sheared, rotated and, every other time, reflected.
@@ -217,29 +217,25 @@ fn compare(
         .cross(expected.normal)
         .length()
         .atan2(normal.dot(expected.normal));
-    Verdict::from_error(off.max_element(), 1.0, || {
+    within(off.max_element(), 1.0, || {
         format!(
             "point {:?} for {:?}{}",
             surface.point,
             expected.point,
-            format_ray_bits::<f32>(ray)
+            format_ray_bits(ray)
         )
-    })
-    .and_then(|| {
-        Verdict::from_error(angle, turn, || {
-            format!(
-                "normal {normal:?} for {:?}{}",
-                expected.normal,
-                format_ray_bits::<f32>(ray)
-            )
-        })
-    })
-    .and_then(|| {
+    }) & (within(angle, turn, || {
+        format!(
+            "normal {normal:?} for {:?}{}",
+            expected.normal,
+            format_ray_bits(ray)
+        )
+    })) & {
         let late = (f64::from(t) - expected.t).abs() * d.length();
-        Verdict::from_error(late, 4.0 * UNIT_ROUNDOFF * expected.t * d.length(), || {
-            format!("t {t} for {}{}", expected.t, format_ray_bits::<f32>(ray))
+        within(late, 4.0 * UNIT_ROUNDOFF * expected.t * d.length(), || {
+            format!("t {t} for {}{}", expected.t, format_ray_bits(ray))
         })
-    })
+    }
 }
 
 /// Protects: points, normals and distances of mapped shapes, single and instanced, compared with
@@ -289,21 +285,15 @@ fn p23_mapped_shapes() {
             let Some(hit) =
                 transformed_shape.intersect(&prepared_ray, Interval::positive(), outward)
             else {
-                return Verdict::Wrong(format!(
-                    "missed from {outward:?}{}",
-                    format_ray_bits::<f32>(&ray)
-                ));
+                return Verdict::Wrong(format!("missed from {outward:?}{}", format_ray_bits(&ray)));
             };
             let surface = transformed_shape
                 .locate_surface_point(&prepared_ray, hit)
                 .to_scalar::<f32>();
-            compare(turn, &wanted_value, map, hit.t, &surface, d, &ray).and_then(|| {
+            compare(turn, &wanted_value, map, hit.t, &surface, d, &ray) & {
                 let geometry = instance(own, map);
                 let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
-                    return Verdict::Wrong(format!(
-                        "instance missed{}",
-                        format_ray_bits::<f32>(&ray)
-                    ));
+                    return Verdict::Wrong(format!("instance missed{}", format_ray_bits(&ray)));
                 };
                 compare(
                     turn,
@@ -314,7 +304,7 @@ fn p23_mapped_shapes() {
                     d,
                     &ray,
                 )
-            })
+            }
         })
         .expect_right(50_000);
     }

@@ -7,7 +7,8 @@ use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vec
 
 use super::sharp::{back, flattening, is_thin};
 use super::support::{
-    CaseOutcome, CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, to_scalar,
+    CaseOutcome, CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, require,
+    to_scalar,
 };
 
 /// A convex body around the origin. Each face has three corners, or four for a parallelogram,
@@ -206,7 +207,7 @@ fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Ca
             } else {
                 above
             };
-            Verdict::from_condition(out > 0.0 && into < 0.0, || {
+            require(out > 0.0 && into < 0.0, || {
                 format!(
                     "{out:e} {into:e} {surface:?} {map:?}{}",
                     format_ray_bits::<R>(&ray)

@@ -5,7 +5,7 @@ use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
 
-use super::support::{Expect, Verdict, format_ray_bits, judge, to_scalar};
+use super::support::{Expect, Verdict, format_ray_bits, judge, to_scalar, within};
 
 /// Units per metre of the ends of the motion.
 const UNIT: f64 = 4_294_967_296.0;
@@ -72,7 +72,7 @@ fn passing<R: Real>() {
             }
             let stored = (surface.point.to_f64().z - height).abs() / surface.error.to_f64();
             let off = (surface_point.point.to_f64().z - height).abs() / bound;
-            Verdict::from_error(off.max(stored), 1.0, || {
+            within(off.max(stored), 1.0, || {
                 format!("beyond the stated bound{}", format_ray_bits::<R>(&ray))
             })
         },

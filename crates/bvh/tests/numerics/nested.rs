@@ -7,7 +7,8 @@ use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vec
 
 use super::sharp::{back, flattening, is_thin};
 use super::support::{
-    CaseOutcome, CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, to_scalar,
+    CaseOutcome, CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, require,
+    to_scalar,
 };
 
 /// A sphere of radius 1, or an ellipsoid of at least that thickness, around the origin.
@@ -70,7 +71,7 @@ fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> CaseOutcome {
         let normal = surface.normal.to_f64();
         let above = [normal, -normal]
             .map(|direction| height(surface.spawn_ray_origin(to_scalar::<R>(direction)).to_f64()));
-        Verdict::from_condition(above[0] > 0.0 && above[1] < 0.0, || {
+        require(above[0] > 0.0 && above[1] < 0.0, || {
             format!(
                 "{above:?} {surface:?} {inner:?} {outside:?}{}",
                 format_ray_bits::<R>(&ray)

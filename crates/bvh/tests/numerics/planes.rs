@@ -54,7 +54,7 @@ fn p06_any_length_of_direction() {
             if sure {
                 Verdict::Wrong(format!(
                     "{t} instead of {expected}{}",
-                    format_ray_bits::<f32>(&ray)
+                    format_ray_bits(&ray)
                 ))
             } else {
                 Verdict::Undecidable

@@ -9,7 +9,7 @@ use raywright_bvh::{
 };
 
 use super::stated::sized;
-use super::support::{CaseRng, Expect, Verdict, format_ray_bits, judge, round_to_f32, to_scalar};
+use super::support::{CaseRng, Expect, format_ray_bits, judge, require, round_to_f32, to_scalar};
 
 /// Exponents of two from about 1e-9 to 1e9.
 const EXPONENTS: [i32; 8] = [-30, -20, -7, -1, 1, 7, 20, 30];
@@ -81,7 +81,7 @@ fn each_shape<R: Real>() {
                     said::<R>(&scaled, &other, size),
                 );
                 let bits = |s: Option<[f64; 12]>| s.map(|s| s.map(f64::to_bits));
-                Verdict::from_condition(bits(expected) == bits(got), || {
+                require(bits(expected) == bits(got), || {
                     format!(
                         "{got:?} instead of {expected:?}{}",
                         format_ray_bits::<R>(&ray)
@@ -154,7 +154,7 @@ fn powers_of_two_change_no_bit_of_a_tree() {
                         ))
                     };
                     let (expected, got) = (found(&plain, 1.0), found(&scaled, size));
-                    Verdict::from_condition(expected == got, || {
+                    require(expected == got, || {
                         format!("{got:?} instead of {expected:?}")
                     })
                 },

@@ -8,7 +8,7 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 use super::edged::{EdgedShape, edged, round};
 use super::mapped::solved;
 use super::support::{
-    CaseOutcome, CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge,
+    CaseOutcome, CaseRng, Expect, Verdict, create_ray_towards, format_ray_bits, judge, require,
     round_to_f32, to_scalar,
 };
 
@@ -163,7 +163,7 @@ fn s05_starts_beside_seams_are_on_the_right_side() {
                     let above = [normal, -normal].map(|direction| {
                         height(surface.spawn_ray_origin(to_scalar::<R>(direction)).to_f64())
                     });
-                    Verdict::from_condition(above[0] > 0.0 && above[1] < 0.0, || {
+                    require(above[0] > 0.0 && above[1] < 0.0, || {
                         format!("{above:?} {surface:?}{}", format_ray_bits::<R>(&ray))
                     })
                 },
@@ -243,7 +243,7 @@ fn far_starts_are_outside() {
                     let above = [normal, -normal].map(|direction| {
                         above(surface.spawn_ray_origin(to_scalar::<R>(direction)).to_f64())
                     });
-                    Verdict::from_condition(above[0] > 0.0 && above[1] < 0.0, || {
+                    require(above[0] > 0.0 && above[1] < 0.0, || {
                         format!("{above:?} {surface:?}{}", format_ray_bits::<R>(&ray))
                     })
                 },

@@ -15,7 +15,7 @@ use raywright_bvh::stability::textbook;
 
 use super::support::{
     CaseOutcome, CaseRng, Expect, UNIT_ROUNDOFF, Verdict, create_ray_towards, format_ray_bits,
-    judge, round_to_f32, to_scalar,
+    judge, require, round_to_f32, to_scalar,
 };
 
 /// ± a power of ten with an exponent uniform in ±`decades`.
@@ -141,10 +141,7 @@ fn meets_again(
         let d = if normal.dot(d) < 0.0 { -d } else { d };
         let ray = Ray::new(surface.spawn_ray_origin(d.as_vec3()), d.as_vec3());
         if let Some(t) = hit(&ray, Interval::positive()) {
-            return Some(format!(
-                "hit again at {t:e}{}",
-                format_ray_bits::<f32>(&ray)
-            ));
+            return Some(format!("hit again at {t:e}{}", format_ray_bits(&ray)));
         }
         let target = anywhere(rng);
         let across = target - surface.point.as_dvec3();
@@ -165,7 +162,7 @@ fn meets_again(
             return Some(format!(
                 "in its own shadow at {t:e} of {:e}{}",
                 range.max,
-                format_ray_bits::<f32>(&ray)
+                format_ray_bits(&ray)
             ));
         }
     }
@@ -227,10 +224,10 @@ fn s01_no_acne_on_convex_shapes() {
                 .expect("it arrived");
             let surface = shape.surface(&prepared_ray, hit);
             let again = meets_again(rng, &surface, any_side);
-            Verdict::from_condition(again.is_none(), || {
+            require(again.is_none(), || {
                 format!(
                     "{again:?} {surface:?} {shape:?} from{}",
-                    format_ray_bits::<f32>(&ray)
+                    format_ray_bits(&ray)
                 )
             })
         })
@@ -288,10 +285,10 @@ fn s01_no_acne_on_mapped_shapes() {
                     .locate_surface_point(&prepared_ray, hit)
                     .to_scalar::<f32>();
                 let again = meets_again(rng, &surface, any_side);
-                Verdict::from_condition(again.is_none(), || {
+                require(again.is_none(), || {
                     format!(
                         "{again:?} {surface:?} {shape:?} {map:?} from{}",
-                        format_ray_bits::<f32>(&ray)
+                        format_ray_bits(&ray)
                     )
                 })
             },
@@ -394,16 +391,16 @@ fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<HitRecord> + Sy
             return Verdict::Undecidable;
         }
         let Some(got) = hit_record.hidden else {
-            return Verdict::Wrong(format!("no shadow ray{}", format_ray_bits::<f32>(&ray)));
+            return Verdict::Wrong(format!("no shadow ray{}", format_ray_bits(&ray)));
         };
         // A surface facing away from the light is dark without a ray.
         let got = got || hit_record.normal.dot(light - hit_record.point) < 0.0;
         let label = if got { "acne" } else { "leak" };
-        Verdict::from_condition(got == expected, || {
+        require(got == expected, || {
             format!(
                 "{label} on {} by {margin:e}{}",
                 hit_record.object,
-                format_ray_bits::<f32>(&ray)
+                format_ray_bits(&ray)
             )
         })
     })
@@ -517,11 +514,11 @@ fn s03_contact_shadow() {
                 return Verdict::Wrong("no shadow ray".into());
             };
             let dark = geometry.occluded(&shadow, range, &mut |_| true, &mut ());
-            Verdict::from_condition(dark, || {
+            require(dark, || {
                 format!(
                     "lit at {:e} from the contact{}",
                     reach / s,
-                    format_ray_bits::<f32>(&shadow)
+                    format_ray_bits(&shadow)
                 )
             })
         })

@@ -1,13 +1,13 @@
 //! P01–P05: distant, huge and tiny spheres, and rays that leave a sphere.
 
 use glam::DVec3;
-use raywright_bvh::{Interval, PreparedRay, Shape, Side, Vector};
+use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side, Vector};
 
 use super::support::{
     Expect, Verdict, create_ray_towards, expect_all, expect_hard, format_ray_bits, judge,
-    nearest_hit, round_to_f32, ulp,
+    nearest_hit, require, round_to_f32, ulp, within,
 };
-use raywright_bvh::stability::sphere::{build_sphere, find_closest_approach};
+use raywright_bvh::stability::shapes::{build_sphere, find_closest_approach};
 
 /// Protects: hits, misses and distances of a distant sphere. Tests compute in f64, so the bound of
 /// the f64 tier applies.
@@ -31,23 +31,21 @@ fn p03_inside_a_huge_sphere() {
         let origin = rng.sample_direction() * (0.5e6 * rng.next_in_unit_interval().cbrt());
         let ray = create_ray_towards::<f32>(origin, origin + rng.sample_direction());
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-        let Some([near, far]) = find_closest_approach(o, d, DVec3::ZERO, 1e6).roots else {
+        let (_, roots) = find_closest_approach(&Ray::new(o, d), DVec3::ZERO, 1e6);
+        let Some([near, far]) = roots else {
             return Verdict::Wrong("oracle".into());
         };
         let prepared_ray = PreparedRay::new(ray);
         let outside = sphere.intersect(&prepared_ray, Interval::positive(), Side::Outside);
         let Some(hit) = sphere.intersect(&prepared_ray, Interval::positive(), Side::Both) else {
-            return Verdict::Wrong(format!("no root{}", format_ray_bits::<f32>(&ray)));
+            return Verdict::Wrong(format!("no root{}", format_ray_bits(&ray)));
         };
         let t = f64::from(hit.t) * d.length();
-        Verdict::from_condition(near < 0.0 && outside.is_none(), || {
-            format!("a second root{}", format_ray_bits::<f32>(&ray))
-        })
-        .and_then(|| {
-            Verdict::from_error((t - far).abs(), 4.0 * ulp(far), || {
-                format!("root{}", format_ray_bits::<f32>(&ray))
-            })
-        })
+        require(near < 0.0 && outside.is_none(), || {
+            format!("a second root{}", format_ray_bits(&ray))
+        }) & (within((t - far).abs(), 4.0 * ulp(far), || {
+            format!("root{}", format_ray_bits(&ray))
+        }))
     })
     .expect_right(400_000);
 }
@@ -79,38 +77,30 @@ fn p04_origin_on_the_surface() {
             // Rounded inward: the opposite tangent serves as well.
             d = -d;
         }
-        let ray = raywright_bvh::Ray::new(surface.spawn_ray_origin(d.as_vec3()), d.as_vec3());
+        let ray = Ray::new(surface.spawn_ray_origin(d.as_vec3()), d.as_vec3());
         let again = nearest_hit::<f32>(&sphere, &ray);
         if tilt >= 0.0 {
-            return Verdict::from_condition(again.is_none(), || {
-                format!(
-                    "acne at tilt {tilt}, {again:?}{}",
-                    format_ray_bits::<f32>(&ray)
-                )
+            return require(again.is_none(), || {
+                format!("acne at tilt {tilt}, {again:?}{}", format_ray_bits(&ray))
             });
         }
         let o = ray.origin.as_dvec3();
-        let Some([near, far]) = find_closest_approach(o, d, centre, radius).roots else {
+        let (_, roots) = find_closest_approach(&Ray::new(o, d), centre, radius);
+        let Some([near, far]) = roots else {
             // The sphere is too small for its position: f32 has no number inside.
             return Verdict::Skipped;
         };
         if near >= 0.0 || far <= 0.0 {
-            return Verdict::from_condition(
-                radius < 16.0 * ulp(centre.abs().max_element()),
-                || {
-                    format!(
-                        "not inside: {near:e} {far:e}{}",
-                        format_ray_bits::<f32>(&ray)
-                    )
-                },
-            );
+            return require(radius < 16.0 * ulp(centre.abs().max_element()), || {
+                format!("not inside: {near:e} {far:e}{}", format_ray_bits(&ray))
+            });
         }
         let Some(again) = again else {
-            return Verdict::Wrong(format!("nothing inward{}", format_ray_bits::<f32>(&ray)));
+            return Verdict::Wrong(format!("nothing inward{}", format_ray_bits(&ray)));
         };
         let t = f64::from(again.t) * d.length();
-        Verdict::from_error((t - far).abs(), 4.0 * ulp(far), || {
-            format!("far side at {far:e}{}", format_ray_bits::<f32>(&ray))
+        within((t - far).abs(), 4.0 * ulp(far), || {
+            format!("far side at {far:e}{}", format_ray_bits(&ray))
         })
     })
     .expect_right(400_000);
@@ -119,9 +109,8 @@ fn p04_origin_on_the_surface() {
 /// The visible sphere: 0 none, 1 the tiny one, 2 the giant. In f64 with the giant's terms expanded,
 /// so that no numbers of size 1e12 are subtracted.
 fn seen(o: DVec3, d: DVec3, tiny: f64, giant: f64) -> u8 {
-    let first = find_closest_approach(o, d, DVec3::new(0.0, tiny, 0.0), tiny)
-        .roots
-        .map_or(f64::INFINITY, |r| r[0]);
+    let (_, roots) = find_closest_approach(&Ray::new(o, d), DVec3::Y * tiny, tiny);
+    let first = roots.map_or(f64::INFINITY, |r| r[0]);
     // The giant is centred at (0, −giant, 0): f = o + (0, giant, 0).
     let b = o.dot(d) + giant * d.y;
     let c = o.length_squared() + 2.0 * giant * o.y;
@@ -163,7 +152,7 @@ fn p05_tiny_and_giant_together() {
             (index % u64::from(SIZE)) as i64,
             (index / u64::from(SIZE)) as i64,
         );
-        let ray = raywright_bvh::Ray::<f32>::new(eye.as_vec3(), at(i, j).as_vec3());
+        let ray = Ray::<f32>::new(eye.as_vec3(), at(i, j).as_vec3());
         let hits = spheres
             .each_ref()
             .map(|s| nearest_hit::<f32>(s, &ray).map_or(f32::INFINITY, |h| h.t));
@@ -176,7 +165,7 @@ fn p05_tiny_and_giant_together() {
         let near = around
             .map(|(a, b)| seen(eye, at(i + a, j + b), tiny, giant))
             .any(|expected| expected == got);
-        Verdict::from_condition(near, || format!("pixel {i} {j} shows {got}"))
+        require(near, || format!("pixel {i} {j} shows {got}"))
     });
     outcome.expect_right(1_000_000);
     let middle = |j: i64| seen(eye, at(500, j), tiny, giant);

@@ -9,7 +9,7 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
 use super::support::{
     CaseOutcome, Expect, Verdict, create_ray_towards, format_ray_bits, judge, round_to_f32,
-    to_scalar,
+    to_scalar, within,
 };
 
 /// One of each shape, from the same f32 numbers in every precision.
@@ -213,7 +213,7 @@ fn stated<R: Real>(
             let Some(height) = height(&best, point, normal, 4.0 * reach) else {
                 return Verdict::Skipped;
             };
-            Verdict::from_error(height, reach, || {
+            within(height, reach, || {
                 format!("beyond the stated bound{}", format_ray_bits::<R>(&ray))
             })
         },

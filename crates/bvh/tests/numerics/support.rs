@@ -4,12 +4,14 @@
 use std::env;
 use std::sync::LazyLock;
 
-use raywright_bvh::stability::trial::Measurement;
+use raywright_bvh::stability::trial::{TEXTBOOK, measure_precisions};
 pub use raywright_bvh::stability::verdicts::{
     CaseOutcome, CaseRng, RayCount, UNIT_ROUNDOFF, Verdict, create_ray_towards,
-    create_unnormalised_ray, format_ray_bits, nearest_hit, round_to_f32, to_scalar, ulp,
+    create_unnormalised_ray, nearest_hit, require, round_to_f32, to_precision, to_scalar, ulp,
+    within,
 };
-use raywright_bvh::stability::{measure_case, verdicts};
+use raywright_bvh::stability::{cases, verdicts};
+use raywright_bvh::{Ray, Real, Vector};
 
 /// All rays if the variable `RAYS` is `all`, otherwise a quarter.
 pub fn rays() -> RayCount {
@@ -29,6 +31,15 @@ pub fn judge(
     f: impl Fn(&mut CaseRng) -> Verdict + Sync,
 ) -> CaseOutcome {
     verdicts::judge_rays(case, seed, count, rays(), f)
+}
+
+/// Formats the bit patterns of the ray's numbers as f32, for a message.
+pub fn format_ray_bits<R: Real>(ray: &Ray<R>) -> String {
+    let [origin, direction] = [ray.origin.to_f32(), ray.direction.to_f32()].map(|v| {
+        let [x, y, z] = [v.x, v.y, v.z].map(f32::to_bits);
+        format!("{x:08x} {y:08x} {z:08x}")
+    });
+    format!(" (bits of the ray as f32: origin {origin}, direction {direction})")
 }
 
 /// An outcome to be checked.
@@ -69,24 +80,22 @@ impl Expect for CaseOutcome {
 }
 
 /// Asserts every part of a case of the library: no ray is wrong, and at least `share` of the rays
-/// are judged. Each precision has a measurement. Returns the textbook's outcomes of the parts.
+/// are judged. Each precision has an outcome. Returns the textbook's outcomes of the parts.
 pub fn expect_all(number: &str, share: f64) -> Vec<CaseOutcome> {
-    let measurements = measure_case(number, rays()).expect("a case of the library");
-    for Measurement { setting, parts, .. } in &measurements {
-        for part in parts {
-            eprint!("{setting}: ");
-            part.expect_right((share * part.rays as f64).floor() as u64);
-        }
+    let outcomes = measure_precisions(number, rays(), &cases(), &cases());
+    let (textbook, own): (Vec<_>, Vec<_>) = outcomes
+        .expect("a case of the library")
+        .into_iter()
+        .partition(|outcome| outcome.setting == TEXTBOOK);
+    for part in &own {
+        eprint!("{}: ", part.setting);
+        part.expect_right((share * part.rays as f64).floor() as u64);
     }
     for precision in ["robust", "reference"] {
-        let is_of = |measurement: &Measurement| measurement.setting.starts_with(precision);
-        assert!(measurements.iter().any(is_of), "{number} in {precision}");
+        let is_of = |outcome: &CaseOutcome| outcome.setting.starts_with(precision);
+        assert!(own.iter().any(is_of), "{number} in {precision}");
     }
-    measurements
-        .into_iter()
-        .next()
-        .expect("one of each")
-        .textbook
+    textbook
 }
 
 /// Asserts that the textbook's formulas fail where the specification says so, so that a case is

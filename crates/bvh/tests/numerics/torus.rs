@@ -6,7 +6,7 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 
 use super::support::{
     Expect, UNIT_ROUNDOFF, Verdict, create_ray_towards, expect_all, expect_hard, format_ray_bits,
-    judge, to_scalar,
+    judge, require, to_scalar,
 };
 
 /// Protects: thick and thin tori from 3 to 1000 radii away. The textbook loses half the rays at a
@@ -73,10 +73,10 @@ fn p18_tangents() {
             to_scalar::<f32>(DVec3::X),
         );
         let (enters, leaves) = passages(&torus, &ray);
-        Verdict::from_condition((enters, leaves) == (expected, expected), || {
+        require((enters, leaves) == (expected, expected), || {
             format!(
                 "in {enters}, out {leaves}, wanted {expected}; tube {tube} y {y} z {z}{}",
-                format_ray_bits::<f32>(&ray)
+                format_ray_bits(&ray)
             )
         })
     })
@@ -94,8 +94,8 @@ fn p18_even_from_outside() {
             rng.sample_point_in_cube(),
         );
         let (enters, leaves) = passages(&torus, &ray);
-        Verdict::from_condition(enters == leaves && enters <= 2, || {
-            format!("in {enters}, out {leaves}{}", format_ray_bits::<f32>(&ray))
+        require(enters == leaves && enters <= 2, || {
+            format!("in {enters}, out {leaves}{}", format_ray_bits(&ray))
         })
     })
     .expect_right(300_000);

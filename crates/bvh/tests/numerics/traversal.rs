@@ -3,7 +3,7 @@
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
-use super::support::{Expect, Verdict, expect_all, expect_hard, judge};
+use super::support::{Expect, Verdict, expect_all, expect_hard, judge, require};
 
 /// Protects: an axis-aligned ray close inside a face of a box enters the box at any distance.
 /// Clamped reciprocals would miss it.
@@ -90,7 +90,7 @@ fn t10_pads_are_as_stated() {
                     .cmple(pad(v, 4.6, 1.01) + f64::from(f32::MIN_POSITIVE) * 2.0)
                     .all()
         };
-        Verdict::from_condition(grown.into_iter().all(is_stated), || {
+        require(grown.into_iter().all(is_stated), || {
             format!("{bounds:?} to {padded:?}")
         })
     });

@@ -6,7 +6,7 @@ use raywright_bvh::shapes::Triangle;
 
 use super::support::{
     CaseRng, Expect, Verdict, create_ray_towards, expect_all, expect_hard, format_ray_bits, judge,
-    nearest_hit, round_to_f32, to_scalar, ulp,
+    nearest_hit, require, round_to_f32, to_scalar, ulp,
 };
 
 fn triangle<R: Real>(corners: [DVec3; 3]) -> Triangle<R> {
@@ -39,8 +39,8 @@ fn p19_slivers() {
             target,
         );
         let got = nearest_hit::<f32>(&triangle::<f32>(corners), &ray);
-        Verdict::from_condition(got.is_none(), || {
-            format!("{got:?}{} {corners:?}", format_ray_bits::<f32>(&ray))
+        require(got.is_none(), || {
+            format!("{got:?}{} {corners:?}", format_ray_bits(&ray))
         })
     })
     .expect_right(400_000);
@@ -64,8 +64,8 @@ fn p19_slivers() {
             ts.iter().copied().fold(0.0, f64::max),
         );
         let (t, room) = (f64::from(h.t), ulp(high));
-        Verdict::from_condition(low - room <= t && t <= high + room, || {
-            format!("t {t} not in {low}..{high}{}", format_ray_bits::<f32>(&ray))
+        require(low - room <= t && t <= high + room, || {
+            format!("t {t} not in {low}..{high}{}", format_ray_bits(&ray))
         })
     })
     .expect_right(50_000);

@@ -4,7 +4,7 @@
 
 use glam::{DVec2, DVec3};
 use raywright_core::Settings;
-use raywright_core::bvh::stability::triangles::create_icosphere;
+use raywright_core::bvh::stability::meshes::create_icosphere;
 use raywright_core::scene::SamplePattern;
 use raywright_core::settings::{PrecisionChoice, Sampling};
 use serde_json::json;
@@ -26,20 +26,22 @@ const STEPS: [f64; 3] = [0.179, 0.117, 0.047];
 fn s07_no_light_through_facets() {
     let to_light = DVec3::new(1.0, 0.2, 0.1).normalize();
     for levels in 1..=3 {
-        let ball = create_icosphere(levels);
-        let corners: Vec<[f32; 3]> = ball.corners.iter().map(|p| p.to_array()).collect();
-        let mesh = json!({ "name": "ball", "source": { "inline": { "positions": corners, "normals": corners, "indices": ball.faces } } });
+        let faces = create_icosphere(levels);
+        let corners: Vec<[f64; 3]> = faces
+            .as_flattened()
+            .iter()
+            .map(|corner| corner.to_array())
+            .collect();
+        let indices: Vec<[usize; 3]> = (0..faces.len())
+            .map(|face| [0, 1, 2].map(|corner| 3 * face + corner))
+            .collect();
+        let mesh = json!({ "name": "ball", "source": { "inline": { "positions": corners, "normals": corners, "indices": indices } } });
         let scene = scene(json!({
             "meshes": [mesh], "lights": [sun(to_light.to_array())],
             "materials": [{ "name": "white", "model": classic(json!({ "colour": 1, "ambient": 0 })) }],
             "objects": [{ "shape": { "mesh": "ball" }, "material": "white" }],
             "cameras": [{ "pose": { "look_at": { "eye": [0, 0, 5], "target": [0, 0, 0] } }, "projection": { "orthographic": { "height": 2.2 } } }],
         }));
-        let faces: Vec<[DVec3; 3]> = ball
-            .faces
-            .iter()
-            .map(|face| face.map(|i| ball.corners[i].as_dvec3()))
-            .collect();
         // The visible face at a point, and its smooth normal.
         let seen = |p: DVec2| {
             faces.iter().enumerate().find_map(|(index, [a, b, c])| {

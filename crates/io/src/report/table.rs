@@ -162,9 +162,12 @@ impl Table {
         bands.iter().map(band).collect::<Vec<_>>().join("\n")
     }
 
-    /// Formats as Markdown.
+    /// Formats as Markdown. A vertical bar does not end its cell.
     pub fn to_markdown(&self) -> String {
-        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let line = |cells: &[String]| {
+            let cells: Vec<_> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
         let side = |column: &ColumnAlignment| {
             if *column == ColumnAlignment::Left {
                 ":--".to_owned()

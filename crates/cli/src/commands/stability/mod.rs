@@ -2,10 +2,13 @@
 
 mod text;
 
+use std::collections::BTreeMap;
+use std::mem;
 use std::time::Instant;
 
+use raywright_core::bench::SampleQuantiles;
 use raywright_core::stability::{
-    CaseCost, HardCase, Measurement, hard_cases, measure_case, time_case_formulas,
+    CaseCost, CaseOutcome, HardCase, TEXTBOOK, hard_cases, measure_case, time_case_formulas,
 };
 use raywright_io::Error;
 use serde::Serialize;
@@ -18,10 +21,9 @@ use crate::progress::StepProgress;
 use crate::session::Session;
 use crate::targets::select_by_extension;
 
-/// Result of a numerically hard case in one setting: a precision, and a kernel (the instruction set
-/// of the traversal code).
+/// Results of a numerically hard case.
 #[derive(Clone, Debug, Serialize)]
-struct HardCaseResult {
+struct CaseReport {
     /// Number of the case, such as `T01`.
     case: &'static str,
     /// Short name.
@@ -30,30 +32,30 @@ struct HardCaseResult {
     hard: &'static str,
     /// Description of the error bound.
     bound: &'static str,
-    /// Precision, followed by the kernel or by the part of the case, such as `robust, avx2`.
+    /// Number of results of a setting that are known to exceed the bound, for a documented reason.
+    known_wrong: u64,
+    /// Share of results, 0 to 1, that the textbook's formulas get wrong.
+    textbook_wrong: Option<f64>,
+    /// Cost of both formulas; `None` where the textbook has no formula for the case.
+    price: Option<FormulaCost>,
+    settings: Vec<SettingResult>,
+}
+
+/// Result of a case in one setting.
+#[derive(Clone, Debug, Serialize)]
+struct SettingResult {
+    /// Precision, followed by the kernel (the instruction set of the traversal code) of a tree, such
+    /// as `robust, avx2`.
     setting: String,
     /// Number of results that were compared with exact results.
     judged: u64,
     /// Number of results that exceed the bound.
     wrong: u64,
-    /// Number of results that are known to exceed the bound, for a documented reason.
-    known_wrong: u64,
     /// Ratio of the error bound to the worst error; `None` for cases whose results are only right
     /// or wrong.
     margin: Option<f64>,
-    /// Share of results, 0 to 1, that the textbook's formulas get wrong.
-    textbook_wrong: Option<f64>,
-    /// Cost of both formulas; `None` where the textbook has no formula for the case.
-    price: Option<FormulaCost>,
-    /// Description of the first wrong result, with its bits.
+    /// Description of the first wrong result, with its numbers.
     first_wrong: Option<String>,
-}
-
-impl HardCaseResult {
-    /// Whether more results exceed the bound than are known to.
-    fn is_unknown(&self) -> bool {
-        self.wrong > self.known_wrong
-    }
 }
 
 /// Cost of the library's formula and of the textbook's formula, in nanoseconds of CPU time per ray
@@ -62,23 +64,23 @@ impl HardCaseResult {
 struct FormulaCost {
     /// Name of the timed operation, such as an intersection.
     what: &'static str,
-    /// Median time of the textbook's formula, in nanoseconds of CPU time per ray or sample.
+    /// Median time of the textbook's formula.
     textbook: f64,
-    /// Median of the additional time of the library's formula over the textbook's, in nanoseconds
-    /// of CPU time per ray or sample.
-    more: f64,
-    /// Half the interquartile range of the additional time, in nanoseconds.
-    spread: f64,
+    /// Median of the additional time of the library's formula over the textbook's, in `robust` and
+    /// in `reference`.
+    more: [f64; 2],
+    /// Half the interquartile range of the additional time.
+    spread: [f64; 2],
 }
 
 /// Report of `stability`: the results of a run.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 struct StabilityReport {
     version: &'static str,
     /// Name of the processor; `None` where the system does not report it.
     processor: Option<String>,
-    /// Results of each case in each setting.
-    rows: Vec<HardCaseResult>,
+    /// Results of each case.
+    cases: Vec<CaseReport>,
     /// Numbers of the cases whose bounds only the test suite verifies.
     tested_only: Vec<&'static str>,
     /// Parts of cases that are not measured: number of the case, and reason.
@@ -120,20 +122,20 @@ pub fn run(mut session: Session, args: &StabilityArgs) -> Result<(), Failure> {
 
 /// Fails if a result exceeds its bound and is not known, or is known and `is_strict`.
 fn check_bounds(report: &StabilityReport, is_strict: bool) -> Result<(), Failure> {
-    let is_broken = |row: &&HardCaseResult| row.is_unknown() || is_strict && row.wrong > 0;
-    let broken: Vec<_> = report.rows.iter().filter(is_broken).collect();
-    let Some(row) = broken.first() else {
-        return Ok(());
-    };
-    let first = row.first_wrong.as_deref().unwrap_or_default();
-    let message = format!(
-        "{} of {} results exceed their error bound; the first is case {} in {}: {first}",
-        broken.len(),
-        report.rows.len(),
-        row.case,
-        row.setting
-    );
-    Err(Failure::new(Exit::Failed, message))
+    for case in &report.cases {
+        let most = if is_strict { 0 } else { case.known_wrong };
+        let Some(result) = case.settings.iter().find(|result| result.wrong > most) else {
+            continue;
+        };
+        let first = result.first_wrong.as_deref().unwrap_or_default();
+        let (wrong, setting) = (result.wrong, &result.setting);
+        let message = format!(
+            "{wrong} results of case {} in {setting} exceed their error bound: {first}",
+            case.case
+        );
+        return Err(Failure::new(Exit::Failed, message));
+    }
+    Ok(())
 }
 
 /// Returns the hard cases with these numbers, or all cases for an empty list. Fails on an unknown
@@ -164,7 +166,7 @@ fn measure_cases(
     let mut report = StabilityReport {
         version: env!("CARGO_PKG_VERSION"),
         processor: processor_name(),
-        rows: vec![],
+        cases: vec![],
         tested_only: vec![],
         left_out: vec![],
         seconds: 0.0,
@@ -173,49 +175,54 @@ fn measure_cases(
     for (index, case) in cases.into_iter().enumerate() {
         steps.show_step(case.number, index as f64 / count);
         match measure_case(case.number, args.rays.into()) {
-            Some(measurements) => {
-                let price = time_case_formulas(case.number);
-                let build = |measurement| build_case_result(&case, measurement, price.as_ref());
-                report.rows.extend(measurements.iter().map(build));
-            }
+            Some(outcomes) => report.cases.push(build_case_report(&case, outcomes)),
             None => report.tested_only.push(case.number),
         }
-        report
-            .left_out
-            .extend(case.left_out.map(|reason| [case.number, reason]));
+        let left_out = case.left_out.map(|reason| [case.number, reason]);
+        report.left_out.extend(left_out);
     }
     report.seconds = start.elapsed().as_secs_f64();
     report
 }
 
-fn build_case_result(
-    case: &HardCase,
-    measurement: &Measurement,
-    price: Option<&CaseCost>,
-) -> HardCaseResult {
-    let (setting, outcome) = (measurement.setting.clone(), measurement.outcome());
-    let price = price.map(|price| {
-        let more = price.overhead[usize::from(setting.starts_with("reference"))];
-        FormulaCost {
-            what: price.label,
-            textbook: price.textbook.median,
-            more: more.median,
-            spread: 0.5 * (more.upper_quartile - more.lower_quartile),
-        }
-    });
-    HardCaseResult {
+fn build_case_report(case: &HardCase, outcomes: Vec<CaseOutcome>) -> CaseReport {
+    let mut settings = BTreeMap::<_, CaseOutcome>::new();
+    for outcome in outcomes {
+        let whole = settings.entry(outcome.setting.clone()).or_default();
+        *whole = mem::take(whole).merge(outcome);
+    }
+    let textbook = settings.remove(TEXTBOOK);
+    let results = settings
+        .into_iter()
+        .map(|(setting, outcome)| SettingResult {
+            setting,
+            judged: outcome.judged,
+            wrong: outcome.wrong,
+            margin: (outcome.worst > 0.0).then(|| outcome.worst.recip()),
+            first_wrong: outcome.first_wrong.map(|(_, message)| message),
+        });
+    CaseReport {
         case: case.number,
         name: case.name,
         hard: case.difficulty,
         bound: case.bound,
-        setting,
-        judged: outcome.judged,
-        wrong: outcome.wrong,
         known_wrong: case.known_wrong,
-        margin: (outcome.worst > 0.0).then(|| outcome.worst.recip()),
-        textbook_wrong: measurement.textbook_wrong(),
-        price,
-        first_wrong: outcome.first_wrong.map(|(_, message)| message),
+        textbook_wrong: textbook.map(|outcome| outcome.wrong_fraction()),
+        price: time_case_formulas(case.number).as_ref().map(summarise_cost),
+        settings: results.collect(),
+    }
+}
+
+fn summarise_cost(cost: &CaseCost) -> FormulaCost {
+    let quantiles = |of: &dyn Fn(&[f64; 3]) -> f64| {
+        SampleQuantiles::from_samples(&cost.rounds.iter().map(of).collect::<Vec<_>>())
+    };
+    let more = [1, 2].map(|selected| quantiles(&|round| round[selected] - round[0]));
+    FormulaCost {
+        what: cost.label,
+        textbook: quantiles(&|round| round[0]).median,
+        more: more.map(|more| more.median),
+        spread: more.map(|more| 0.5 * (more.upper_quartile - more.lower_quartile)),
     }
 }
 
@@ -261,7 +268,7 @@ mod tests {
         };
         assert_eq!(
             ["a.md", "b.HTML", "c.svg", "d.json"].map(start),
-            ["| c", "doc", "svg", "\"ve"]
+            ["###", "doc", "svg", "\"ve"]
         );
         let unknown =
             select_by_extension(Path::new("page.txt"), &FORMATS).expect_err("no such kind");
@@ -278,11 +285,14 @@ mod tests {
     fn known_results_fail_when_strict() {
         let mut report = text::tests::report();
         assert!(check_bounds(&report, true).is_ok());
-        (report.rows[1].wrong, report.rows[1].known_wrong) = (9, 9);
+        (
+            report.cases[0].settings[1].wrong,
+            report.cases[0].known_wrong,
+        ) = (9, 9);
         assert!(check_bounds(&report, false).is_ok());
         let strict = check_bounds(&report, true).expect_err("a broken bound");
         assert!(strict.exit == Exit::Failed && strict.message.contains("P07"));
-        report.rows[1].wrong = 10;
+        report.cases[0].settings[1].wrong = 10;
         assert!(check_bounds(&report, false).is_err());
     }
 }
