@@ -30,21 +30,16 @@
 //!
 //! [`Geometry::closest_of_packet`] traces rays with a common origin together.
 //!
-//! | module or item | contents |
-//! |---|---|
-//! | [`shapes`] | shapes, their transforms, and the surface point of a hit |
-//! | [`ray`] | rays, intervals of distances, hits, visibility of objects |
-//! | [`aabb`] | axis-aligned boxes |
-//! | [`scalar`] | the two precisions of stored geometry as a type parameter |
-//! | [`stability`] | numerically hard cases: rays with an oracle that judges their hits |
-//! | [`CountingHeap`], [`limit_heap()`] | limit of the memory of a program |
-//! | [`run_widest`], [`prefetch`], [`huge_page_vec`] | SIMD and memory tools, also for other crates |
+//! The module [`shapes`] has the shapes, their transforms, and the surface point of a hit. [`Real`] is the precision of
+//! stored geometry as a type parameter. Further items (memory limits, SIMD tools, the hard cases of the feature
+//! `measure`) are public for the other crates, tests and benches alone.
 //!
 //! Not implemented yet: SIMD tests of primitives other than triangles, spheres and planes; packets
 //! of rays without a common origin; quantised nodes; refitting; motion other than of instances
 //! along straight lines.
 #![deny(unsafe_code)]
 
+#[doc(hidden)]
 pub mod aabb;
 mod binary;
 mod build;
@@ -61,12 +56,15 @@ mod motion;
 mod primitive_set;
 mod processor;
 mod query;
+#[doc(hidden)]
 pub mod ray;
 mod ray_ends;
+#[doc(hidden)]
 pub mod scalar;
 pub mod shapes;
 mod slot;
 #[cfg(feature = "measure")]
+#[doc(hidden)]
 pub mod stability;
 mod standard_output;
 mod stats;
@@ -76,21 +74,27 @@ pub use bvh8::Kernel;
 pub use error::GeometryError;
 pub use geometry::Geometry;
 pub use geometry_memory::GeometryMemory;
+#[doc(hidden)]
 pub use heap::{
     AllocationRefusal, CountingHeap, allocate_fallibly, limit_heap, remaining_heap_bytes,
     set_heap_refusal_handler,
 };
+#[doc(hidden)]
 pub use locate::{TriangleHitLanes, TriangleSurfaceLanes};
+#[doc(hidden)]
 pub use memory::huge_page_vec;
 pub use motion::Motion;
 pub use primitive_set::PrimitiveSet;
+#[doc(hidden)]
 pub use processor::{SimdTask, prefetch, run_widest};
 pub use query::{PacketBackoff, RayPacket};
 pub use ray::{Hit, Interval, Occlusion, Ray, Side, Visibility};
+#[doc(hidden)]
 pub use ray_ends::{RayEndTriangles, TriangleSlot};
 pub use scalar::{Real, Vector};
 pub use shapes::{
     PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, TextureCoordinates, Transform,
 };
+#[doc(hidden)]
 pub use standard_output::stdout_was_closed;
 pub use stats::{TraversalCounter, TraversalStats};

@@ -29,15 +29,16 @@
 //!
 //! | task | modules |
 //! |---|---|
-//! | describe a scene | [`scene`] (data types), [`expr`] (formulas in scene files), [`generate`] (many copies of an object) |
-//! | check a scene | [`validate`], [`suggest`] ("did you mean"), [`effects`] (features that it needs), [`extent`] (its bounding box) |
-//! | choose what to render | [`settings`], [`framing`] (a camera that shows the whole scene), [`ladder`] (choices that trade accuracy for time) |
-//! | prepare a scene | [`prepare()`], [`mod@prepare`] (its errors), [`SceneLookup`] (items by name), [`memory`] |
-//! | generate rays | [`camera`], [`sampler`] (random numbers), [`filter`] |
-//! | shade a hit | [`material`] (BSDFs), [`light`], [`noise`], [`number`] (SIMD lanes) |
+//! | describe a scene | [`scene`] (data types) |
+//! | check a scene | [`validate`], [`effects`] (features that it needs), [`fault`] (faults and their severity) |
+//! | choose what to render | [`settings`] |
+//! | prepare a scene | [`prepare()`], [`mod@prepare`] (its errors) |
 //! | render | [`ReadyScene::render`], [`counters`], [`film`] (sums of samples, and their error) |
-//! | use a picture | [`picture`], [`denoise`], [`display`] (tone map and transfer curve), [`metrics`] (comparison with a reference) |
-//! | measure | [`accuracy`] (error against time), [`mod@bench`] (time of ray queries), [`stability`] (numerically hard cases), [`stress`] (faults of a user's scene) |
+//! | use a picture | [`picture`], [`denoise`], [`display`] (tone map and transfer curve) |
+//!
+//! The feature `measure` adds what measures scenes and the program itself: the error of a picture against its time
+//! (`accuracy`), numerically hard cases (`stability`) and faults of a user's scene (`stress`). Further modules and items
+//! are public for the other crates, tests and benches alone. They are not part of this documentation.
 //!
 //! # Words
 //!
@@ -46,7 +47,7 @@
 //! - **Replicate:** one of several independent sets of a pixel's samples. The differences between
 //!   replicates give the error estimate ([`film`]).
 //! - **Ladder:** a choice that trades accuracy for time, such as the number of samples. A **rung**
-//!   is one of its values ([`ladder`]).
+//!   is one of its values.
 //!
 //! # Threads and stopping
 //!
@@ -93,37 +94,52 @@
 pub mod accuracy;
 mod affine;
 #[cfg(feature = "measure")]
+#[doc(hidden)]
 pub mod bench;
+#[doc(hidden)]
 pub mod camera;
 pub mod counters;
 pub mod denoise;
 mod dispatch;
 pub mod display;
 pub mod effects;
+#[doc(hidden)]
 pub mod expr;
+#[doc(hidden)]
 pub mod extent;
 pub mod fault;
 pub mod film;
+#[doc(hidden)]
 pub mod filter;
+#[doc(hidden)]
 pub mod framing;
+#[doc(hidden)]
 pub mod generate;
 mod hash;
 mod integrator;
 mod interaction;
+#[doc(hidden)]
 pub mod ladder;
+#[doc(hidden)]
 pub mod light;
 mod lookup;
+#[doc(hidden)]
 pub mod material;
+#[doc(hidden)]
 pub mod memory;
+#[doc(hidden)]
 pub mod metrics;
 mod motion;
+#[doc(hidden)]
 pub mod noise;
+#[doc(hidden)]
 pub mod number;
 mod observer;
 mod origin_grid;
 pub mod picture;
 pub mod prepare;
 mod render;
+#[doc(hidden)]
 pub mod sampler;
 pub mod scene;
 pub mod settings;
@@ -135,16 +151,21 @@ mod storage_origin;
 #[cfg(feature = "measure")]
 pub mod stress;
 mod studio;
+#[doc(hidden)]
 pub mod suggest;
 mod texture;
 #[cfg(feature = "measure")]
+#[doc(hidden)]
 pub mod topology;
 pub mod validate;
+#[doc(hidden)]
 pub use affine::affine_from_steps;
+pub use dispatch::{ReadyScene, prepare};
+#[doc(hidden)]
 pub use dispatch::{
-    ReadyScene, estimate_scene_memory, find_collapsed_objects, measure_scene_extent, prepare,
-    prepare_for_previews,
+    estimate_scene_memory, find_collapsed_objects, measure_scene_extent, prepare_for_previews,
 };
+#[doc(hidden)]
 pub use lookup::SceneLookup;
 pub use memory::MemoryUse;
 pub use observer::Observer;

@@ -25,6 +25,7 @@ pub use rungs::{
 /// eight samples on. With a single degree of freedom, these intervals are wide (Student's factor is
 /// 12.7). From 64 samples on, four replicates give correct intervals at little cost (Student's
 /// factor is 3.18). `docs/decisions/0033-replicates.md` has measurements for 2 to 8 replicates.
+#[doc(hidden)]
 pub fn default_replicates(samples: u32) -> u32 {
     match samples {
         0..8 => 1,

@@ -8,7 +8,9 @@
 
 mod agx;
 mod codes;
+#[doc(hidden)]
 pub mod curve;
+#[doc(hidden)]
 pub mod exposure;
 mod matrix;
 mod output;
@@ -25,6 +27,7 @@ pub use output::OutputFormat;
 use tone::ToneOperator;
 
 /// Display values of a pixel with a NaN channel: pure magenta.
+#[doc(hidden)]
 pub const NAN_MARKER: [f32; 3] = [1.0, 0.0, 1.0];
 
 /// Settings of the conversion of linear radiance to display values: exposure, tone map, transfer

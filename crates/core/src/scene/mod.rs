@@ -24,21 +24,28 @@ mod render;
 mod schema;
 
 pub use camera::{AspectFit, Camera, Pinhole, Pose, Projection};
+#[doc(hidden)]
 pub use field::{ConstantValue, FieldBounds, FieldValue, MaterialField, MaterialFields};
 pub use input::{
-    Channel, Checker, CheckerInput, Colour, ColourInput, Input, InputValue, NumberInput,
-    ScalarFactor, TextureInput, TextureRef,
+    Channel, Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput,
+    TextureRef,
 };
+#[doc(hidden)]
+pub use input::{InputValue, ScalarFactor};
 pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Studio, Sun};
 pub use material::*;
+#[doc(hidden)]
+pub use mesh::MOST_UV_SETS;
 pub use mesh::{
-    ColourSpace, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, ModelSelection,
-    PixelData, Texture, TextureFilter, WrapMode,
+    ColourSpace, Image, ImageData, Mesh, MeshData, MeshSource, ModelSelection, PixelData, Texture,
+    TextureFilter, WrapMode,
 };
 pub use model::ModelFile;
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};
 pub use parameter::{Parameter, ParameterRange};
-pub use positions::{VertexPositions, choose_storage_origin};
+pub use positions::VertexPositions;
+#[doc(hidden)]
+pub use positions::choose_storage_origin;
 pub use render::{
     ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, RenderSettings,
     SamplePattern, ShadowRule, SpawnRule, ToneMap, TransferCurve,
