@@ -82,11 +82,19 @@ pub use heap::{
 #[doc(hidden)]
 pub use locate::{TriangleHitLanes, TriangleSurfaceLanes};
 #[doc(hidden)]
+pub use math::angles::LaneAngles;
+#[doc(hidden)]
+pub use math::lanes::{LaneFloats, LaneVector, SimdFloats};
+#[doc(hidden)]
+pub use math::simd::{Simd, WIDTH as SIMD_WIDTH};
+#[doc(hidden)]
 pub use memory::huge_page_vec;
 pub use motion::Motion;
 pub use primitive_set::PrimitiveSet;
 #[doc(hidden)]
-pub use processor::{SimdTask, prefetch, run_widest};
+pub use processor::{
+    LaneTask, RegisterWidth, SimdTask, prefetch, run_in_lanes, run_in_lanes_of, run_widest,
+};
 pub use query::{PacketBackoff, RayPacket};
 pub use ray::{Hit, Interval, Occlusion, Ray, Side, Visibility};
 #[doc(hidden)]

@@ -3,6 +3,7 @@
 
 pub(crate) mod angles;
 pub(crate) mod double_double;
+pub(crate) mod lanes;
 pub(crate) mod simd;
 
 use core::ops::{Add, Div, Mul, Sub};

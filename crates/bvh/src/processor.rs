@@ -10,8 +10,10 @@ use core::sync::atomic::{AtomicU8, Ordering};
 
 #[cfg(target_arch = "x86_64")]
 use crate::bvh8::align_stack;
+use crate::math::lanes::SimdFloats;
 #[cfg(target_arch = "x86_64")]
 use crate::math::simd::{Avx2, Avx512};
+use crate::math::simd::{Portable, Simd};
 
 /// Arithmetic in plain loops over arrays, which the compiler vectorises for each instruction set.
 pub trait SimdTask {
@@ -38,13 +40,62 @@ pub fn run_widest<L: SimdTask>(work: L) -> L::Output {
     work.run()
 }
 
-/// Widest registers of the processor.
-#[cfg(target_arch = "x86_64")]
-#[derive(Clone, Copy)]
+/// Arithmetic on numbers in SIMD lanes, which is compiled for each instruction set.
+pub trait LaneTask {
+    /// Result of the arithmetic.
+    type Output;
+    /// Computes the result. `zero` holds a zero in each lane. The implementation, and every function that it
+    /// calls, must be `#[inline(always)]`, and closures are not inlined reliably: code that is not
+    /// inlined is compiled for the baseline processor.
+    fn run<S: Simd>(self, zero: SimdFloats<S>) -> Self::Output;
+}
+
+/// A task with the token of its instruction set.
+struct TaskWithSimd<T, S>(T, S);
+
+impl<T: LaneTask, S: Simd> SimdTask for TaskWithSimd<T, S> {
+    type Output = T::Output;
+    #[inline(always)]
+    fn run(self) -> T::Output {
+        self.0.run(SimdFloats::splat(self.1, 0.0))
+    }
+}
+
+/// Runs a task with the widest registers of the processor.
+#[inline]
+pub fn run_in_lanes<T: LaneTask>(work: T) -> T::Output {
+    run_in_lanes_of(RegisterWidth::Avx512, work)
+}
+
+/// Runs a task with registers of at most a width, as far as the processor has them. The results have
+/// the same bits for each width.
+#[inline]
+pub fn run_in_lanes_of<T: LaneTask>(width: RegisterWidth, work: T) -> T::Output {
+    #[cfg(target_arch = "x86_64")]
+    match width.min(RegisterWidth::of_processor()) {
+        RegisterWidth::Avx512 => {
+            // SAFETY: the processor has the features.
+            return unsafe { run_with_avx512(TaskWithSimd(work, Avx512::new_unchecked())) };
+        }
+        RegisterWidth::Avx2 => {
+            // SAFETY: as before.
+            return unsafe { run_with_avx2(TaskWithSimd(work, Avx2::new_unchecked())) };
+        }
+        RegisterWidth::Baseline => {}
+    }
+    let _ = width;
+    TaskWithSimd(work, Portable).run()
+}
+
+/// Registers for tasks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
-enum RegisterWidth {
+pub enum RegisterWidth {
+    /// Those that every processor of the target has.
     Baseline = 1,
+    /// AVX2.
     Avx2,
+    /// AVX-512 at all vector lengths.
     Avx512,
 }
 

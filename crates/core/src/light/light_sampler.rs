@@ -4,7 +4,7 @@
 
 use core::f64::consts::PI;
 
-use raywright_bvh::{Real, Vector};
+use raywright_bvh::{LaneFloats, Real, Vector};
 
 use super::cdf::{entry_probability, push_cdf, sample_index};
 use super::lanes::{LANES, LaneColumn, LightChoices, ReceivingPointLanes, get_lane_vector};
@@ -30,9 +30,9 @@ pub struct LightSampler {
 
 /// Returns the sum of a coarse and a fine number, see [`LightSampler::sample`].
 #[inline(always)]
-fn add_numbers(coarse: f32, fine: f32) -> f64 {
+fn add_numbers<F: LaneFloats>(coarse: F, fine: F) -> F::Doubles {
     const STEP: f64 = 1.0 / (1 << 23) as f64;
-    f64::from(coarse) + f64::from(fine) * STEP
+    coarse.widen() + fine.widen() * fine.double_like(STEP)
 }
 
 impl LightSampler {

@@ -9,8 +9,10 @@
 mod build;
 mod node;
 
+use core::array::from_fn;
+
 use glam::DVec3;
-use raywright_bvh::{Real, SimdTask, run_widest};
+use raywright_bvh::{LaneFloats, LaneTask, LaneVector, Real, Simd, SimdFloats, run_in_lanes};
 
 use build::{LeafGroup, partition_children};
 use node::{LightNode, WIDTH, cumulative_sums};
@@ -138,12 +140,17 @@ impl LightTree {
     ) -> LightChoices<N> {
         match self.top {
             Some(LightTreeChild::Inner(_)) if is_used.contains(&true) => {
-                run_widest(LightTreeTask {
+                // Unused lanes repeat the points.
+                let chosen = run_in_lanes(LightTreeTask {
                     tree: self,
-                    is_used,
-                    u,
-                    points: &core::array::from_fn(receiver),
-                })
+                    is_used: &from_fn(|i| i < N && is_used[i]),
+                    u: &from_fn(|i| u[i % N]),
+                    points: &from_fn(|i| receiver(i % N)),
+                });
+                LightChoices {
+                    lights: from_fn(|i| chosen.lights[i]),
+                    probabilities: from_fn(|i| chosen.probabilities[i]),
+                }
             }
             Some(LightTreeChild::Light(light)) => LightChoices {
                 lights: is_used.map(|is_used| is_used.then_some(light)),
@@ -162,38 +169,23 @@ impl LightTree {
         }
     }
 
-    /// Traverses the tree level by level, each step for all receiving points side by side. The
-    /// latencies for one point (square roots, divisions, loads of nodes) then overlap with those
-    /// for other points.
+    /// Traverses the tree level by level from the nodes or lights in `content`, each step for all
+    /// receiving points side by side. The latencies for one point (square roots, divisions, loads of
+    /// nodes) then overlap with those for other points. `probability` are the probabilities of
+    /// `content`.
     #[inline(always)]
-    fn traverse_lanes<const N: usize>(
+    fn traverse(
         &self,
-        is_used: &[bool; N],
-        mut u: [f64; N],
-        points: &[ReceivingPoint; N],
-    ) -> LightChoices<N> {
+        mut content: [LightTreeChild; WIDTH],
+        mut u: [f64; WIDTH],
+        mut probability: [f64; WIDTH],
+        points: &[ReceivingPoint; WIDTH],
+    ) -> LightChoices<WIDTH> {
         let nothing = LightTreeChild::Inner(Self::NONE);
-        let top = self.top.unwrap_or(nothing);
-        let mut content = is_used.map(|is_used| if is_used { top } else { nothing });
-        let mut probability = [1.0; N];
-        // All points descend from the same root: its children are weighed for all points at once.
-        if N > 1
-            && let Some(root) = self.node_at(top)
-        {
-            let chosen = root.choose_children(points, &u);
-            for i in 0..N {
-                content[i] = if is_used[i] && chosen.is_lit[i] {
-                    root.children[chosen.children[i]]
-                } else {
-                    nothing
-                };
-            }
-            (u, probability) = (chosen.u, chosen.probabilities);
-        }
-        let mut importances = [[0.0; WIDTH]; N];
+        let mut importances = [[0.0; WIDTH]; WIDTH];
         loop {
             let mut some = false;
-            for i in 0..N {
+            for i in 0..WIDTH {
                 if let Some(node) = self.node_at(content[i]) {
                     importances[i] = node.child_importances(&points[i]);
                     some = true;
@@ -208,11 +200,11 @@ impl LightTree {
                     probabilities: probability,
                 };
             }
-            for i in 0..N {
+            for i in 0..WIDTH {
                 let Some(node) = self.node_at(content[i]) else {
                     continue;
                 };
-                let sums = cumulative_sums(&importances[i]);
+                let sums = cumulative_sums(0.0, &importances[i]);
                 let total = sums[WIDTH];
                 // True for NaN too.
                 if !(total > 0.0 && total.is_finite()) {
@@ -221,7 +213,7 @@ impl LightTree {
                 }
                 let at = u[i] * total;
                 let lane = child_at(&sums, at);
-                let importance = f64::from(importances[i][lane]);
+                let importance = importances[i][lane];
                 u[i] = Real::clamp((at - sums[lane]) / importance, 0.0, BELOW_ONE);
                 probability[i] *= importance / total;
                 content[i] = node.children[lane];
@@ -240,12 +232,11 @@ impl LightTree {
             return 0.0;
         };
         let importances = node.child_importances(receiver);
-        let total = cumulative_sums(&importances)[WIDTH];
+        let total = cumulative_sums(0.0, &importances)[WIDTH];
         if !(total > 0.0 && total.is_finite()) {
             return 0.0;
         }
-        self.probability(node.parent, receiver)
-            * (f64::from(importances[index as usize % WIDTH]) / total)
+        self.probability(node.parent, receiver) * (importances[index as usize % WIDTH] / total)
     }
 }
 
@@ -263,79 +254,53 @@ fn child_at(sums: &[f64; WIDTH + 1], at: f64) -> usize {
     lane
 }
 
-/// Children of a node chosen for several points side by side.
-struct ChosenChildren<const N: usize> {
-    /// Whether any light of the node arrives at each point. If not, the other fields are
-    /// meaningless.
-    is_lit: [bool; N],
-    children: [usize; N],
-    /// Uniform numbers for the choice within each child.
-    u: [f64; N],
-    probabilities: [f64; N],
-}
-
-impl LightNode {
-    /// Chooses a child for each point by the point's number `u` in [0, 1).
-    #[inline(always)]
-    fn choose_children<const N: usize>(
-        &self,
-        points: &[ReceivingPoint; N],
-        u: &[f64; N],
-    ) -> ChosenChildren<N> {
-        let importances = self.importances_at(points);
-        let mut sums = [[0.0; N]; WIDTH + 1];
-        let (mut at, mut counts) = ([0.0; N], [0_u64; N]);
-        for i in 0..N {
-            let mut of_point = [0.0; WIDTH];
-            for (of_point, column) in of_point.iter_mut().zip(&importances) {
-                *of_point = column[i];
-            }
-            for (column, sum) in sums.iter_mut().zip(cumulative_sums(&of_point)) {
-                column[i] = sum;
-            }
-        }
-        for i in 0..N {
-            at[i] = u[i] * sums[WIDTH][i];
-        }
-        for column in &sums[1..WIDTH] {
-            for i in 0..N {
-                counts[i] += u64::from(column[i] <= at[i]);
-            }
-        }
-        let mut chosen = ChosenChildren {
-            is_lit: [false; N],
-            children: [0; N],
-            u: [0.0; N],
-            probabilities: [1.0; N],
-        };
-        for i in 0..N {
-            let (child, total) = (counts[i] as usize, sums[WIDTH][i]);
-            let importance = f64::from(importances[child][i]);
-            chosen.is_lit[i] = total > 0.0 && total.is_finite();
-            chosen.children[i] = child;
-            chosen.u[i] = Real::clamp((at[i] - sums[child][i]) / importance, 0.0, BELOW_ONE);
-            chosen.probabilities[i] = importance / total;
-        }
-        chosen
-    }
-}
-
 /// Greatest `f64` below 1.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// SIMD task: the traversal of [`LightTree::sample_lights`].
-struct LightTreeTask<'a, const N: usize> {
+/// Task of [`run_in_lanes`]: samples lights for the points of all lanes.
+struct LightTreeTask<'a> {
     tree: &'a LightTree,
-    is_used: &'a [bool; N],
-    u: &'a [f64; N],
-    points: &'a [ReceivingPoint; N],
+    is_used: &'a [bool; WIDTH],
+    u: &'a [f64; WIDTH],
+    points: &'a [ReceivingPoint; WIDTH],
 }
 
-impl<const N: usize> SimdTask for LightTreeTask<'_, N> {
-    type Output = LightChoices<N>;
+impl LaneTask for LightTreeTask<'_> {
+    type Output = LightChoices<WIDTH>;
     #[inline(always)]
-    fn run(self) -> Self::Output {
-        self.tree.traverse_lanes(self.is_used, *self.u, self.points)
+    fn run<S: Simd>(self, zero: SimdFloats<S>) -> Self::Output {
+        let nothing = LightTreeChild::Inner(LightTree::NONE);
+        let mut content = [nothing; WIDTH];
+        let (mut u, mut probability) = (*self.u, [1.0; WIDTH]);
+        // All points descend from the same root, whose child is chosen for all points at once.
+        if let Some(root) = self.tree.top.and_then(|top| self.tree.node_at(top)) {
+            let (mut point, mut normal) = ([[0.0; WIDTH]; 3], [[0.0; WIDTH]; 3]);
+            for (i, receiver) in self.points.iter().enumerate() {
+                (point[0][i], point[1][i], point[2][i]) = receiver.point.into();
+                (normal[0][i], normal[1][i], normal[2][i]) = receiver.normal.as_vec3().into();
+            }
+            let receiver = root.local_receiver(
+                [
+                    zero.load_doubles_like(&point[0]),
+                    zero.load_doubles_like(&point[1]),
+                    zero.load_doubles_like(&point[2]),
+                ],
+                LaneVector::load_like(zero, &normal),
+            );
+            let chosen = root.choose_child(&receiver, zero.load_doubles_like(self.u));
+            type Floats<S> = SimdFloats<S>;
+            let index = Floats::<S>::doubles_to_array(chosen.index);
+            let total = Floats::<S>::doubles_to_array(chosen.total);
+            u = Floats::<S>::doubles_to_array((chosen.at - chosen.before) / chosen.importance);
+            probability = Floats::<S>::doubles_to_array(chosen.importance / chosen.total);
+            for i in 0..WIDTH {
+                u[i] = Real::clamp(u[i], 0.0, BELOW_ONE);
+                if self.is_used[i] && total[i] > 0.0 && total[i] < f64::INFINITY {
+                    content[i] = root.children[index[i] as usize % WIDTH];
+                }
+            }
+        }
+        self.tree.traverse(content, u, probability, self.points)
     }
 }
 

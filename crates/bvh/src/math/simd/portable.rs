@@ -86,6 +86,7 @@ impl Simd for Portable {
         fn mul(a: F, b: F) -> F { [a[0] * b[0], a[1] * b[1]] }
         fn mul_add(a: F, b: F, c: F) -> F { [a[0] * b[0] + c[0], a[1] * b[1] + c[1]] }
         fn mul_sub(a: F, b: F, c: F) -> F { [a[0] * b[0] - c[0], a[1] * b[1] - c[1]] }
+        fn div(a: F, b: F) -> F { [a[0] / b[0], a[1] / b[1]] }
         fn max(a: F, b: F) -> F { [max_or_second(a[0], b[0]), max_or_second(a[1], b[1])] }
         fn min(a: F, b: F) -> F { [min_or_second(a[0], b[0]), min_or_second(a[1], b[1])] }
         fn abs(a: F) -> F { [a[0].abs(), a[1].abs()] }
@@ -96,6 +97,7 @@ impl Simd for Portable {
 
         fn splat_f64(value: f64) -> D { [value; WIDTH] }
         fn load_f64(values: &[f64; WIDTH]) -> D { *values }
+        fn to_array_f64(a: D) -> [f64; WIDTH] { a }
         fn widen(values: &[f32; WIDTH]) -> D { from_fn(|i| values[i].into()) }
         fn add_f64(a: D, b: D) -> D { from_fn(|i| a[i] + b[i]) }
         fn sub_f64(a: D, b: D) -> D { from_fn(|i| a[i] - b[i]) }
@@ -107,6 +109,28 @@ impl Simd for Portable {
         fn abs_f64(a: D) -> D { a.map(f64::abs) }
         fn greater_f64(a: D, b: D) -> u32 { build_mask(|i| a[i] > b[i]) }
         fn at_least_f64(a: D, b: D) -> u32 { build_mask(|i| a[i] >= b[i]) }
+        fn select_at_most_f64(pair: [D; 2], yes: D, no: D) -> D { from_fn(|i| if pair[0][i] <= pair[1][i] { yes[i] } else { no[i] }) }
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: F) -> F {
+        self.load(&self.to_array(a).map(f32::sqrt))
+    }
+
+    #[inline(always)]
+    fn trunc(self, a: F) -> F {
+        self.load(&self.to_array(a).map(|x| x as i32 as f32))
+    }
+
+    #[inline(always)]
+    fn select_less(self, [a, b]: [F; 2], yes: F, no: F) -> F {
+        self.select(self.less(a, b), no, yes)
+    }
+
+    #[inline(always)]
+    fn lookup(self, table: &[f32; WIDTH], index: F) -> F {
+        let index = self.to_array(index);
+        self.load(&from_fn(|i| table[index[i] as usize % WIDTH]))
     }
 
     #[inline(always)]

@@ -20,6 +20,14 @@ use super::{Simd, WIDTH};
 pub(crate) struct Avx2(());
 
 impl Avx2 {
+    /// Returns the token without a test.
+    ///
+    /// # Safety
+    /// The processor must have the instructions.
+    pub const unsafe fn new_unchecked() -> Self {
+        Self(())
+    }
+
     pub fn detect() -> Option<Self> {
         let has = is_x86_feature_detected!("avx2")
             && is_x86_feature_detected!("fma")
@@ -36,6 +44,14 @@ impl Avx2 {
 pub(crate) struct Avx512(Avx2);
 
 impl Avx512 {
+    /// Returns the token without a test.
+    ///
+    /// # Safety
+    /// The processor must have the instructions.
+    pub const unsafe fn new_unchecked() -> Self {
+        Self(Avx2(()))
+    }
+
     pub fn detect() -> Option<Self> {
         let has = is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512vl")
@@ -71,6 +87,9 @@ macro_rules! floats {
             fn add(a: F, b: F) -> F { _mm256_add_ps(a, b) }
             fn sub(a: F, b: F) -> F { _mm256_sub_ps(a, b) }
             fn mul(a: F, b: F) -> F { _mm256_mul_ps(a, b) }
+            fn div(a: F, b: F) -> F { _mm256_div_ps(a, b) }
+            fn sqrt(a: F) -> F { _mm256_sqrt_ps(a) }
+            fn trunc(a: F) -> F { _mm256_cvtepi32_ps(_mm256_cvttps_epi32(a)) }
             fn mul_add(a: F, b: F, c: F) -> F { _mm256_fmadd_ps(a, b, c) }
             fn mul_sub(a: F, b: F, c: F) -> F { _mm256_fmsub_ps(a, b, c) }
             fn max(a: F, b: F) -> F { _mm256_max_ps(a, b) }
@@ -78,6 +97,11 @@ macro_rules! floats {
             fn abs(a: F) -> F { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
             fn negate(a: F) -> F { _mm256_xor_ps(_mm256_set1_ps(-0.0), a) }
             fn flip_signs(a: F, b: F) -> F { _mm256_xor_ps(a, _mm256_and_ps(_mm256_set1_ps(-0.0), b)) }
+            fn select_less(pair: [F; 2], yes: F, no: F) -> F { _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_LT_OQ>(pair[0], pair[1])) }
+            // Only the low three bits of an index are read.
+            fn lookup(table: &[f32; WIDTH], index: F) -> F {
+                _mm256_permutevar8x32_ps(_mm256_loadu_ps(table.as_ptr()), _mm256_cvttps_epi32(index))
+            }
         }
     };
 }
@@ -102,6 +126,7 @@ impl Simd for Avx2 {
 
         fn splat_f64(value: f64) -> D2 { [_mm256_set1_pd(value); 2] }
         fn load_f64(v: &[f64; WIDTH]) -> D2 { [_mm256_loadu_pd(v.as_ptr()), _mm256_loadu_pd(v.as_ptr().add(4))] }
+        fn to_array_f64(a: D2) -> [f64; WIDTH] { core::mem::transmute::<D2, [f64; WIDTH]>(a) }
         fn widen(v: &[f32; WIDTH]) -> D2 {
             [_mm256_cvtps_pd(_mm_loadu_ps(v.as_ptr())), _mm256_cvtps_pd(_mm_loadu_ps(v.as_ptr().add(4)))]
         }
@@ -116,6 +141,12 @@ impl Simd for Avx2 {
         fn abs_f64(a: D2) -> D2 { [_mm256_andnot_pd(_mm256_set1_pd(-0.0), a[0]), _mm256_andnot_pd(_mm256_set1_pd(-0.0), a[1])] }
         fn greater_f64(a: D2, b: D2) -> u32 { sign_mask(_mm256_cmp_pd::<_CMP_GT_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_GT_OQ>(a[1], b[1])) }
         fn at_least_f64(a: D2, b: D2) -> u32 { sign_mask(_mm256_cmp_pd::<_CMP_GE_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_GE_OQ>(a[1], b[1])) }
+        fn select_at_most_f64(pair: [D2; 2], yes: D2, no: D2) -> D2 {
+            [
+                _mm256_blendv_pd(no[0], yes[0], _mm256_cmp_pd::<_CMP_LE_OQ>(pair[0][0], pair[1][0])),
+                _mm256_blendv_pd(no[1], yes[1], _mm256_cmp_pd::<_CMP_LE_OQ>(pair[0][1], pair[1][1])),
+            ]
+        }
     }
 }
 
@@ -140,6 +171,7 @@ impl Simd for Avx512 {
 
         fn splat_f64(value: f64) -> D { _mm512_set1_pd(value) }
         fn load_f64(values: &[f64; WIDTH]) -> D { _mm512_loadu_pd(values.as_ptr()) }
+        fn to_array_f64(a: D) -> [f64; WIDTH] { core::mem::transmute::<D, [f64; WIDTH]>(a) }
         fn widen(values: &[f32; WIDTH]) -> D { _mm512_cvtps_pd(_mm256_loadu_ps(values.as_ptr())) }
         fn narrow(a: D) -> F { _mm512_cvtpd_ps(a) }
         fn add_f64(a: D, b: D) -> D { _mm512_add_pd(a, b) }
@@ -152,5 +184,6 @@ impl Simd for Avx512 {
         fn abs_f64(a: D) -> D { _mm512_abs_pd(a) }
         fn greater_f64(a: D, b: D) -> u32 { u32::from(_mm512_cmp_pd_mask::<_CMP_GT_OQ>(a, b)) }
         fn at_least_f64(a: D, b: D) -> u32 { u32::from(_mm512_cmp_pd_mask::<_CMP_GE_OQ>(a, b)) }
+        fn select_at_most_f64(pair: [D; 2], yes: D, no: D) -> D { _mm512_mask_blend_pd(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(pair[0], pair[1]), no, yes) }
     }
 }

@@ -1,19 +1,21 @@
-//! A node of the light tree with eight children. The importance of all children at a point is
-//! computed in `f32` without branches: the compiler vectorises the loop.
+//! A node of the light tree with eight children. The importance of a child at a point is computed in
+//! `f32` without branches, for one point or for eight points in SIMD lanes.
 //!
 //! Building a node avoids the limits of the range of `f32`. Positions are relative to the node's
 //! centre in units of its size; intensities are fractions of the node's. Radii and cosines are
 //! enlarged to cover rounding: no light that may arrive is excluded.
 
 use core::f64::consts::PI;
+use core::ops::Add;
 
 use glam::DVec3;
+use raywright_bvh::{LaneFloats, LaneVector, SIMD_WIDTH};
 
 use super::build::LightCluster;
 use super::{LightTree, LightTreeChild, ReceivingPoint};
 
 /// Number of children of a node.
-pub(super) const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = SIMD_WIDTH;
 
 /// Bound on the rounding error of a cosine in `f32`: some ten roundings of 2⁻²⁴.
 const MARGIN: f32 = 4e-6;
@@ -33,14 +35,14 @@ const FAR: f64 = 1e3;
 /// A node of the light tree: eight children, each a light or a node. A missing child has zero
 /// intensity.
 #[derive(Clone, Debug)]
-pub(super) struct LightNode {
+pub(in crate::light) struct LightNode {
     centre: DVec3,
     /// Inverse of the node's unit of length. The unit is the radius of the ball around the node's
     /// box.
     inverse: f64,
     /// Slot of the node in its parent, see [`LightTreeChild`]; [`LightTree::TOP`] for the root.
     pub parent: u32,
-    pub children: [LightTreeChild; WIDTH],
+    pub(super) children: [LightTreeChild; WIDTH],
     /// Centre of each child's box, relative to the node's centre, in the node's unit of length.
     x: [f32; WIDTH],
     y: [f32; WIDTH],
@@ -60,18 +62,6 @@ pub(super) struct LightNode {
     emission: [f32; WIDTH],
     /// Intensity of each child as a fraction of the node's.
     intensity: [f32; WIDTH],
-}
-
-/// Returns the greater number, or `b` if either is NaN. This takes a single instruction; `f32::max`
-/// takes several.
-#[inline(always)]
-fn fast_max(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-#[inline(always)]
-fn fast_min(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
 }
 
 /// Returns centre and radius of the ball around a group's box. The radius includes the rounding
@@ -94,13 +84,16 @@ fn bounding_sphere(group: &LightCluster) -> (DVec3, f64) {
 /// `greatest` alone would overrate balls at the horizon, which receive little or no light: a third
 /// more samples of lights on a ball would contribute nothing.
 #[inline(always)]
-fn approximate_mean_cosine(middle: f32, greatest: f32) -> f32 {
-    fast_max(fast_min(fast_max(middle, 0.5 * greatest), 1.0), MARGIN)
+fn approximate_mean_cosine<F: LaneFloats>(middle: F, greatest: F) -> F {
+    middle
+        .max_or_second(middle.like(0.5) * greatest)
+        .min_or_second(middle.like(1.0))
+        .max_or_second(middle.like(MARGIN))
 }
 
 impl LightNode {
     /// Creates a node without children, for the group `whole`.
-    pub fn new(whole: &LightCluster, parent: u32) -> Self {
+    pub(super) fn new(whole: &LightCluster, parent: u32) -> Self {
         /// Least unit of length. Lights at one position have no extent; with this unit, every other
         /// position is far away.
         const LEAST: f64 = 1e-150;
@@ -126,7 +119,7 @@ impl LightNode {
     }
 
     /// Sets the child in a lane: a group of lights within `whole`, the group of the node.
-    pub fn set_child(&mut self, lane: usize, group: &LightCluster, whole: &LightCluster) {
+    pub(super) fn set_child(&mut self, lane: usize, group: &LightCluster, whole: &LightCluster) {
         let LightCluster { bounds, intensity } = group;
         let (middle, radius) = bounding_sphere(group);
         let position = ((middle - self.centre) * self.inverse).as_vec3();
@@ -141,74 +134,90 @@ impl LightNode {
         self.intensity[lane] = (intensity / whole.intensity).max(FAINTEST) as f32;
     }
 
-    /// Returns a receiving point in the node's space.
+    /// Returns a receiving point in the node's space. `normal` is zero for a point that receives
+    /// light on both sides.
     #[inline(always)]
-    fn local_receiver(&self, receiver: &ReceivingPoint) -> LocalReceiver {
-        let across = (receiver.point - self.centre) * self.inverse;
-        let farthest = across.abs().max_element();
-        let shrink = if farthest > FAR { FAR / farthest } else { 1.0 };
+    pub fn local_receiver<F: LaneFloats>(
+        &self,
+        [x, y, z]: [F::Doubles; 3],
+        normal: LaneVector<F>,
+    ) -> LocalReceiver<F> {
+        let like = normal.x;
+        let inverse = like.double_like(self.inverse);
+        let (x, y, z) = (
+            (x - like.double_like(self.centre.x)) * inverse,
+            (y - like.double_like(self.centre.y)) * inverse,
+            (z - like.double_like(self.centre.z)) * inverse,
+        );
+        // Of each component, and then of all three, the greater absolute value.
+        let (zero, far) = (like.double_like(0.0), like.double_like(FAR));
+        let (size_x, size_y, size_z) = (
+            like.select_at_most([x, zero], zero - x, x),
+            like.select_at_most([y, zero], zero - y, y),
+            like.select_at_most([z, zero], zero - z, z),
+        );
+        let farthest = like.select_at_most([size_x, size_y], size_y, size_x);
+        let farthest = like.select_at_most([farthest, size_z], size_z, farthest);
+        let shrink = like.select_at_most([farthest, far], like.double_like(1.0), far / farthest);
+        let zero = like.like(0.0);
         LocalReceiver {
-            point: (across * shrink).as_vec3().to_array(),
-            normal: receiver.normal.as_vec3().to_array(),
-            shrink: shrink as f32,
-            level: if receiver.normal == DVec3::ZERO {
-                1.0
-            } else {
-                0.0
-            },
+            point: LaneVector::new(
+                like.narrow_like(x * shrink),
+                like.narrow_like(y * shrink),
+                like.narrow_like(z * shrink),
+            ),
+            normal,
+            shrink: like.narrow_like(shrink),
+            level: zero.select_less(normal.absolute_sum(), zero, like.like(1.0)),
         }
     }
 
     /// Returns the approximate contribution of each child at a receiving point. Zero only if no
     /// light of the child can arrive.
     #[inline(always)]
-    pub fn child_importances(&self, receiver: &ReceivingPoint) -> [f32; WIDTH] {
-        let local = self.local_receiver(receiver);
+    pub fn child_importances(&self, receiver: &ReceivingPoint) -> [f64; WIDTH] {
+        let [x, y, z] = receiver.normal.as_vec3().to_array();
+        let local = self.local_receiver(receiver.point.to_array(), LaneVector::new(x, y, z));
         let mut importances = [0.0; WIDTH];
         for (i, importance) in importances.iter_mut().enumerate() {
-            *importance = self.child_importance(i, &local);
+            *importance = self.child_importance(i, &local).into();
         }
         importances
     }
 
-    /// Returns [`Self::child_importances`] at several points, as `importances[child][point]`.
+    /// Chooses a child by a uniform number in [0, 1).
     #[inline(always)]
-    pub fn importances_at<const N: usize>(
+    pub fn choose_child<F: LaneFloats>(
         &self,
-        receivers: &[ReceivingPoint; N],
-    ) -> [[f32; N]; WIDTH] {
-        // As a structure of arrays, which the compiler vectorises over the points.
-        let mut locals = [[0.0; N]; 8];
-        for (k, receiver) in receivers.iter().enumerate() {
-            let LocalReceiver {
-                point: [x, y, z],
-                normal: [nx, ny, nz],
-                shrink,
-                level,
-            } = self.local_receiver(receiver);
-            for (column, number) in locals.iter_mut().zip([x, y, z, nx, ny, nz, shrink, level]) {
-                column[k] = number;
-            }
-        }
-        let mut importances = [[0.0; N]; WIDTH];
-        for (i, importances) in importances.iter_mut().enumerate() {
+        receiver: &LocalReceiver<F>,
+        u: F::Doubles,
+    ) -> ChosenChild<F> {
+        let like = receiver.level;
+        let mut importances = [like.double_like(0.0); WIDTH];
+        for (i, importance) in importances.iter_mut().enumerate() {
             // A missing child has no importance.
-            if self.intensity[i] == 0.0 {
-                continue;
-            }
-            for (k, importance) in importances.iter_mut().enumerate() {
-                *importance = self.child_importance(
-                    i,
-                    &LocalReceiver {
-                        point: [locals[0][k], locals[1][k], locals[2][k]],
-                        normal: [locals[3][k], locals[4][k], locals[5][k]],
-                        shrink: locals[6][k],
-                        level: locals[7][k],
-                    },
-                );
+            if self.intensity[i] != 0.0 {
+                *importance = self.child_importance(i, receiver).widen();
             }
         }
-        importances
+        let sums = cumulative_sums(like.double_like(0.0), &importances);
+        let total = sums[WIDTH];
+        let at = u * total;
+        let mut chosen = ChosenChild {
+            index: like.double_like(0.0),
+            at,
+            before: sums[0],
+            importance: importances[0],
+            total,
+        };
+        // The sums never decrease: the child is the last whose sum is at most the number.
+        for i in 1..WIDTH {
+            let pair = [sums[i], at];
+            chosen.index = like.select_at_most(pair, like.double_like(i as f64), chosen.index);
+            chosen.before = like.select_at_most(pair, sums[i], chosen.before);
+            chosen.importance = like.select_at_most(pair, importances[i], chosen.importance);
+        }
+        chosen
     }
 
     /// Returns the approximate contribution of a child at a receiving point.
@@ -218,56 +227,70 @@ impl LightNode {
     /// at most the cosine at the centre plus the sine of the angular radius. This bound is exact at
     /// the horizon, where the cosine is zero.
     #[inline(always)]
-    fn child_importance(&self, i: usize, receiver: &LocalReceiver) -> f32 {
+    fn child_importance<F: LaneFloats>(&self, i: usize, receiver: &LocalReceiver<F>) -> F {
         let LocalReceiver {
             point,
             normal,
             shrink,
             level,
         } = *receiver;
-        let (x, y, z) = (
-            point[0] - self.x[i] * shrink,
-            point[1] - self.y[i] * shrink,
-            point[2] - self.z[i] * shrink,
+        let (zero, one) = (level.like(0.0), level.like(1.0));
+        let offset = LaneVector::new(
+            point.x - level.like(self.x[i]) * shrink,
+            point.y - level.like(self.y[i]) * shrink,
+            point.z - level.like(self.z[i]) * shrink,
         );
-        let radius = self.radius[i] * shrink;
-        let (squared, radius2) = (x * x + y * y + z * z, radius * radius);
-        let inverse = 1.0 / fast_max(radius2, squared).sqrt();
+        let radius = level.like(self.radius[i]) * shrink;
+        let (squared, radius2) = (offset.dot(offset), radius * radius);
+        let inverse = one / radius2.max_or_second(squared).sqrt();
         // From inside the ball around the box, lights may lie in any direction.
-        let ball = if squared <= radius2 {
-            2.0
-        } else {
-            radius * inverse
-        };
-        let cosine = (self.axis_x[i] * x + self.axis_y[i] * y + self.axis_z[i] * z) * inverse;
-        let cosine = fast_min(cosine + SLACK, 1.0);
-        let sine = fast_max(1.0 - cosine * cosine, 0.0).sqrt();
+        let ball = radius2.select_less(squared, radius * inverse, level.like(2.0));
+        let axis = LaneVector::new(
+            level.like(self.axis_x[i]),
+            level.like(self.axis_y[i]),
+            level.like(self.axis_z[i]),
+        );
+        let cosine = (axis.dot(offset) * inverse + level.like(SLACK)).min_or_second(one);
+        let sine = (one - cosine * cosine).max_or_second(zero).sqrt();
         // cos(max(0, a − b)).
-        let beyond = cosine * self.cos_normals[i] + sine * self.sin_normals[i];
-        let beyond = if cosine > self.cos_normals[i] {
-            1.0
-        } else {
-            beyond
-        };
-        let facing = level - (normal[0] * x + normal[1] * y + normal[2] * z) * inverse;
+        let cos_normals = level.like(self.cos_normals[i]);
+        let beyond = cosine * cos_normals + sine * level.like(self.sin_normals[i]);
+        let beyond = cos_normals.select_less(cosine, one, beyond);
+        let facing = level - normal.dot(offset) * inverse;
         let (leaving, arriving) = (beyond + ball, facing + ball);
         let cosines =
             approximate_mean_cosine(beyond, leaving) * approximate_mean_cosine(facing, arriving);
-        let sent = self.intensity[i] * cosines * (inverse * inverse);
-        let lit = (leaving > self.emission[i]) & (arriving > -MARGIN);
-        if lit { sent } else { 0.0 }
+        let sent = level.like(self.intensity[i]) * cosines * (inverse * inverse);
+        let sent = level
+            .like(self.emission[i])
+            .select_less(leaving, sent, zero);
+        level.like(-MARGIN).select_less(arriving, sent, zero)
     }
 }
 
-/// A receiving point in the space of a node.
-struct LocalReceiver {
+/// A receiving point in the space of a node. Numbers may be SIMD lanes of several points.
+pub(in crate::light) struct LocalReceiver<F> {
     /// Position relative to the node's centre, in the node's unit of length, times `shrink`.
-    point: [f32; 3],
-    normal: [f32; 3],
+    point: LaneVector<F>,
+    normal: LaneVector<F>,
     /// Scale of the point and the node, see [`FAR`].
-    shrink: f32,
+    shrink: F,
     /// 1 for a point that receives light on both sides, which has no horizon; else 0.
-    level: f32,
+    level: F,
+}
+
+/// A child of a node, chosen for a point. Numbers may be SIMD lanes of several points. Meaningless
+/// unless the total is positive and finite: else no light of the node arrives at the point.
+pub(in crate::light) struct ChosenChild<F: LaneFloats> {
+    /// Index of the child.
+    pub index: F::Doubles,
+    /// The chosen place among the importances of all children in a row.
+    pub at: F::Doubles,
+    /// Sum of the importances of the children before it.
+    pub before: F::Doubles,
+    pub importance: F::Doubles,
+    /// Sum of the importances of all children.
+    pub total: F::Doubles,
 }
 
 /// Returns the cumulative sums of importances, starting with zero. A zero importance leaves the sum
@@ -275,17 +298,20 @@ struct LocalReceiver {
 /// this under rounding. Sums are in `f64`: in `f32`, rounding would affect how often faint lights
 /// are sampled.
 #[inline(always)]
-pub(super) fn cumulative_sums(importances: &[f32; WIDTH]) -> [f64; WIDTH + 1] {
-    let (mut one, mut two) = ([0.0; WIDTH], [0.0; WIDTH / 2]);
-    for (one, &importance) in one.iter_mut().zip(importances) {
-        *one = importance.into();
-    }
-    for i in 0..WIDTH / 2 {
-        two[i] = one[2 * i] + one[2 * i + 1];
-    }
+pub(super) fn cumulative_sums<D: Copy + Add<Output = D>>(
+    zero: D,
+    importances: &[D; WIDTH],
+) -> [D; WIDTH + 1] {
+    let one = importances;
+    let two = [
+        one[0] + one[1],
+        one[2] + one[3],
+        one[4] + one[5],
+        one[6] + one[7],
+    ];
     let four = [two[0] + two[1], two[2] + two[3]];
     [
-        0.0,
+        zero,
         one[0],
         two[0],
         two[0] + one[2],

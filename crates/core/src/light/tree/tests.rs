@@ -428,15 +428,16 @@ fn importance_is_about_what_arrives() {
 fn what_has_no_importance_takes_no_room() {
     for i in 0..200_000 {
         let bits = splitmix64(i);
-        let importances: [f32; WIDTH] = core::array::from_fn(|k| {
+        let importances: [f64; WIDTH] = core::array::from_fn(|k| {
             let exponent = (bits >> (6 * k)) % 48;
             if (bits >> (50 + k)) & 1 == 0 {
                 0.0
             } else {
-                (1.0 + number(8 * i + k as u64)) as f32 * 2.0_f32.powi(-(exponent as i32))
+                let importance = (1.0 + number(8 * i + k as u64)) as f32;
+                f64::from(importance * 2.0_f32.powi(-(exponent as i32)))
             }
         });
-        let sums = cumulative_sums(&importances);
+        let sums = cumulative_sums(0.0, &importances);
         for (k, &importance) in importances.iter().enumerate() {
             let grown = sums[k + 1] - sums[k];
             assert!(
@@ -444,7 +445,7 @@ fn what_has_no_importance_takes_no_room() {
                 "{importances:?}: {sums:?}"
             );
             assert!(
-                (grown - f64::from(importance)).abs() <= sums[WIDTH] * 1e-15,
+                (grown - importance).abs() <= sums[WIDTH] * 1e-15,
                 "{importances:?}: {sums:?}"
             );
         }
