@@ -9,6 +9,7 @@
 
 mod bsdf_lanes;
 mod classic;
+mod diffuse_vertices;
 mod emission;
 mod general;
 mod ground;
@@ -27,7 +28,7 @@ mod vertex_queues;
 mod vertices;
 mod wavefront;
 
-use raywright_bvh::{Hit, Ray, Real, TriangleSlot, Vector};
+use raywright_bvh::{Hit, Ray, Real, RegisterWidth, TriangleSlot, Vector};
 
 use media::MediumStack;
 use wavefront::Wavefront;
@@ -36,7 +37,9 @@ use super::spawn::MinHitDistances;
 use super::{CameraRays, FirstHit, LightTransport, MOST_PASSAGES, PathResults, PathSegment};
 use crate::counters::Counters;
 use crate::interaction::Interaction;
-use crate::light::{LightSampleLanes, LightUsage, ShadowRayTargetKind, get_lane_vector};
+use crate::light::{
+    LightSampleLanes, LightUsage, RectangleLamps, ShadowRayTargetKind, get_lane_vector,
+};
 use crate::observer::Observer;
 use crate::prepare::{PreparedScene, PreparedSpawnRule};
 use crate::sampler::{SampleAddress, SampleHash};
@@ -63,6 +66,11 @@ pub(crate) struct PathTracer<'a, R: Real> {
     has_triangle_ends: bool,
     /// Whether hits on uniform triangles need no interaction: see [`ObjectRecord::uniform`](crate::prepare::ObjectRecord).
     has_uniform_triangles: bool,
+    /// Lamps of matte vertices, which are then shaded by one task (`path_tracing/diffuse_vertices.rs`);
+    /// `None` if the lights don't permit this.
+    lamps: Option<Box<RectangleLamps>>,
+    /// Registers for these vertices, if the processor has them. Results do not depend on the width.
+    registers: RegisterWidth,
     /// Media around the camera.
     media: MediumStack,
     wavefront: Wavefront<R>,
@@ -89,9 +97,12 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
             has_triangle_ends: scene.geometry.can_skip_ray_ends()
                 && matches!(scene.rules.spawn, PreparedSpawnRule::ErrorBound),
             has_uniform_triangles: has_uniform_triangles(scene),
+            lamps: None,
+            registers: RegisterWidth::Avx512,
             media: MediumStack::default(),
             wavefront: Wavefront::default(),
         };
+        tracer.lamps = tracer.diffuse_vertex_lamps().map(Box::new);
         if scene.tracks_media {
             tracer.media = tracer.find_camera_media();
         }

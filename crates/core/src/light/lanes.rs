@@ -79,10 +79,10 @@ impl<const N: usize> LightChoices<N> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfaceLanes<R: Real> {
     pub point: Vec3Column<R>,
-    above: Vec3Column<R>,
-    below: Vec3Column<R>,
-    normal: Vec3Column<R>,
-    error: LaneColumn<R>,
+    pub above: Vec3Column<R>,
+    pub below: Vec3Column<R>,
+    pub normal: Vec3Column<R>,
+    pub error: LaneColumn<R>,
 }
 
 impl<R: Real> SurfaceLanes<R> {

@@ -8,7 +8,7 @@ use raywright_bvh::{LaneFloats, Real, Vector};
 
 use super::cdf::{entry_probability, push_cdf, sample_index};
 use super::lanes::{LANES, LaneColumn, LightChoices, ReceivingPointLanes, get_lane_vector};
-use super::tree::{LightLeaf, LightTree, ReceivingPoint};
+use super::tree::{LightLeaf, LightNode, LightTree, ReceivingPoint};
 use super::{LightBounds, LightId, Lights};
 
 /// Sampler that chooses one light for a surface point, in proportion to the lights' estimated
@@ -30,7 +30,7 @@ pub struct LightSampler {
 
 /// Returns the sum of a coarse and a fine number, see [`LightSampler::sample`].
 #[inline(always)]
-fn add_numbers<F: LaneFloats>(coarse: F, fine: F) -> F::Doubles {
+pub(crate) fn add_numbers<F: LaneFloats>(coarse: F, fine: F) -> F::Doubles {
     const STEP: f64 = 1.0 / (1 << 23) as f64;
     coarse.widen() + fine.widen() * fine.double_like(STEP)
 }
@@ -80,6 +80,12 @@ impl LightSampler {
             tree,
             leaves,
         }
+    }
+
+    /// Returns the only node of the tree over nearby lights, see [`LightTree::single_node`]; `None` if
+    /// distant lights can be chosen too.
+    pub(super) fn single_node(&self) -> Option<(Option<&LightNode>, LaneColumn<Option<LightId>>)> {
+        self.tree.single_node().filter(|_| self.far.is_empty())
     }
 
     /// Whether no light can be chosen.

@@ -27,6 +27,7 @@ mod lanes;
 mod light_sampler;
 mod openings;
 mod polygon;
+mod rectangles;
 mod sky;
 mod sky_lobe;
 mod sky_sampler;
@@ -49,9 +50,13 @@ pub(crate) use lanes::{
     SurfaceLanes, Vec3Column, get_lane_vector, set_lane_vector,
 };
 pub use light_sampler::LightSampler;
+pub(crate) use light_sampler::add_numbers;
 pub use openings::Openings;
 pub(crate) use openings::{BINS, CellGrid, SkyBins, smooth_bins};
 pub use polygon::Polygon;
+pub(crate) use rectangles::RectangleLamps;
+#[cfg(test)]
+pub(crate) use rectangles::lamps_scene as rectangle_lamps_scene;
 pub use sky::{SkyRadiance, SkySample};
 pub(crate) use sky::{max_sky_table_bytes, prepare_sky_radiance as prepare_sky};
 pub use sky_sampler::SkySampler;

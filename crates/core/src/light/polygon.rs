@@ -10,7 +10,7 @@ use crate::number::{angle_above_axis, sines_and_cosines};
 
 /// Solid angle in steradians below which points are sampled by area instead. Over so small a
 /// polygon, distances and cosines hardly differ, and the polygon's angles lose their digits.
-const LEAST: f64 = 1e-3;
+pub(super) const LEAST: f64 = 1e-3;
 
 /// Least volume spanned by the unit directions to a triangle's corners. Below this volume, the
 /// receiving point counts as lying in the triangle's plane.

@@ -15,7 +15,8 @@ use glam::DVec3;
 use raywright_bvh::{LaneFloats, LaneTask, LaneVector, Real, Simd, SimdFloats, run_in_lanes};
 
 use build::{LeafGroup, partition_children};
-use node::{LightNode, WIDTH, cumulative_sums};
+pub(super) use node::LightNode;
+use node::{WIDTH, cumulative_sums};
 
 use super::lanes::LightChoices;
 use super::{LightBounds, LightId};
@@ -97,6 +98,29 @@ impl LightTree {
 
     pub fn is_empty(&self) -> bool {
         self.top.is_none()
+    }
+
+    /// Returns the only node of the tree with the light of each child; without a node, a single light.
+    /// `None` for other trees.
+    pub fn single_node(&self) -> Option<(Option<&LightNode>, [Option<LightId>; WIDTH])> {
+        let mut lights = [None; WIDTH];
+        match self.top? {
+            LightTreeChild::Light(light) => {
+                lights[0] = Some(light);
+                Some((None, lights))
+            }
+            LightTreeChild::Inner(_) => {
+                let [node] = self.nodes.as_slice() else {
+                    return None;
+                };
+                for (light, child) in lights.iter_mut().zip(node.children) {
+                    if let LightTreeChild::Light(found) = child {
+                        *light = Some(found);
+                    }
+                }
+                Some((Some(node), lights))
+            }
+        }
     }
 
     /// Returns the number of levels of nodes.

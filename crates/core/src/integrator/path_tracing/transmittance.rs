@@ -109,7 +109,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// needed for varying emission, hard shadows, transmissive surfaces, absorbing media, lights
     /// without shadows, and spawn rules of constant offset.
     #[inline(always)]
-    fn needs_one_shadow_ray(&self, light: LightId) -> bool {
+    pub(super) fn needs_one_shadow_ray(&self, light: LightId) -> bool {
         let (scene, lights) = (self.scene, &self.scene.lights);
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
         let even = !matches!(light, LightId::Emitter(i) if lights.emitters.has_varying_emission(i) || scene.casts_hard_shadow(i));
@@ -212,7 +212,7 @@ impl<R: Real> PathTracer<'_, R> {
     ///   ignored.
     /// - `sizeless`: whether the light is a delta light.
     #[inline(always)]
-    fn shadow_transmittance(
+    pub(super) fn shadow_transmittance(
         &mut self,
         (ray, ends): (&Ray<R>, &RayEndTriangles),
         range: Interval<R>,

@@ -243,18 +243,25 @@ impl<R: Real> PathTracer<'_, R> {
             surfaces,
             ..
         } = vertices;
-        self.shade_batches(
-            &mut slice,
-            (matte.batches(), requested),
-            survives,
-            |_, _, _, (vertices, lights), _| {
-                run_widest(BsdfTask::<R, true> {
-                    vertices,
-                    lights,
-                    energy_compensation: compensated,
-                })
-            },
-        );
+        let lamps = self.lamps.take();
+        match &lamps {
+            Some(lamps) => {
+                self.shade_diffuse_vertices(&mut slice, matte.batches(), lamps, survives)
+            }
+            None => self.shade_batches(
+                &mut slice,
+                (matte.batches(), requested),
+                survives,
+                |_, _, _, (vertices, lights), _| {
+                    run_widest(BsdfTask::<R, true> {
+                        vertices,
+                        lights,
+                        energy_compensation: compensated,
+                    })
+                },
+            ),
+        }
+        self.lamps = lamps;
         self.shade_batches(
             &mut slice,
             (glossy.batches(), requested),

@@ -13,6 +13,7 @@ use crate::light::lanes::{
     LANES, LightChoices, LightSampleLanes, ReceivingPointLanes, ShadowRayTargetKind,
 };
 use crate::light::polygon::PolygonSample;
+use crate::light::rectangles::Rectangle;
 use crate::light::{DirectionCone, LightDensity, LightId, LightSample, ShadowRayTarget};
 
 /// Query for a point on an emitter: the emitter, the probability of its choice, the receiving
@@ -251,6 +252,30 @@ impl<R: Real> Emitters<R> {
         };
         by_area.map_or(0.0, |by_area| {
             facing.squared_distance * (by_area.to_f64() * denser) * probability / facing.cosine
+        })
+    }
+
+    /// Returns a lamp as a rectangle that is sampled by solid angle; `None` for other lamps.
+    pub(in crate::light) fn rectangle(&self, index: u32) -> Option<Rectangle> {
+        let emitter = &self.list.emitters[index as usize];
+        let (EmitterShape::Plain(AnyShape::Quad(quad)), Some(plane)) =
+            (&emitter.shape, emitter.plane)
+        else {
+            return None;
+        };
+        if !self.is_sampled_by_solid_angle(emitter) || emitter.varies {
+            return None;
+        }
+        let corners = quad.corners.map(Vector::to_f64);
+        let edges = Rectangle::from_corners(corners)?;
+        let outwards = side_sign(emitter.side);
+        Some(Rectangle {
+            corner: corners[0],
+            edges,
+            radiance: emitter.radiance.to_f64(),
+            error: plane.error,
+            is_inside: (outwards < 0.0) != (plane.normal.dot(edges[0].cross(edges[1])) < 0.0),
+            is_two_sided: outwards == 0.0,
         })
     }
 

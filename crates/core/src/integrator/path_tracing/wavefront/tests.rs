@@ -91,7 +91,18 @@ fn followed<R: Real>(
     depth: u32,
     together: usize,
 ) -> (Vec<[u64; 5]>, Counters) {
-    let mut tracer = PathTracer::<R>::new(prepared, depth, true, &());
+    followed_by(
+        prepared,
+        PathTracer::<R>::new(prepared, depth, true, &()),
+        together,
+    )
+}
+
+fn followed_by<R: Real>(
+    prepared: &PreparedScene<R>,
+    mut tracer: PathTracer<'_, R>,
+    together: usize,
+) -> (Vec<[u64; 5]>, Counters) {
     let pixels = (0..SIZE[0] * SIZE[1]).map(|i| [i % SIZE[0], i / SIZE[0]]);
     let addresses: Vec<_> = pixels
         .flat_map(|pixel| {
@@ -323,6 +334,72 @@ fn uniform_or_general<R: Real>(scale: f64) {
         "{scale:e} by interactions"
     );
     assert_eq!(followed(&prepared, 2, 100), short, "{scale:e}, short paths");
+}
+
+/// Protects: matte vertices under rectangular lamps, which one task shades, have the bits of each path
+/// alone, whatever instructions shade them, with and without interactions, with their first hits and
+/// counters; and the light of vertices that are shaded in steps.
+#[test]
+fn rectangles_light_matte_surfaces_as_other_lamps() {
+    let mut scene = uniform_meshes(1.0);
+    scene.lights.clear();
+    scene.sky = None;
+    // The lamps that are no rectangles.
+    scene.objects.remove(10);
+    scene.objects.remove(6);
+    let settings = Settings {
+        size: SIZE,
+        integrator: crate::scene::Integrator::Path,
+        ..Settings::from_scene(&scene)
+    };
+    let effects = EffectSet::ALL.without(EffectSet::from_effects(&[Effect::NestedMedia]));
+    let mut prepared =
+        PreparedScene::<f32>::new(&scene, &settings, effects, &()).expect("it can be prepared");
+    assert!(PathTracer::new(&prepared, 7, true, &()).lamps.is_some());
+    let (alone, counters) = followed(&prepared, 7, 1);
+    assert!(
+        counters.scatter > 200 && counters.shadow > 100,
+        "{counters:?}"
+    );
+    for together in [3, 8, 100, usize::MAX] {
+        assert_eq!(
+            followed(&prepared, 7, together),
+            (alone.clone(), counters),
+            "{together}"
+        );
+    }
+    let short = followed(&prepared, 1, 100).1;
+    assert_eq!((short.scatter, short.shadow), (0, 0));
+    let mut tracer = PathTracer::new(&prepared, 7, true, &());
+    tracer.registers = raywright_bvh::RegisterWidth::Baseline;
+    assert_eq!(
+        followed_by(&prepared, tracer, 100),
+        (alone.clone(), counters)
+    );
+    let mut tracer = PathTracer::new(&prepared, 7, true, &());
+    tracer.lamps = None;
+    let (stepwise, _) = followed_by(&prepared, tracer, 100);
+    prepared
+        .objects
+        .iter_mut()
+        .for_each(|object| object.uniform = None);
+    let by_interactions = followed(&prepared, 7, 100);
+    assert_eq!(
+        by_interactions,
+        (alone.clone(), counters),
+        "by interactions"
+    );
+    let sum = |paths: &[[u64; 5]]| {
+        paths
+            .iter()
+            .map(|path| f64::from_bits(path[0]))
+            .sum::<f64>()
+    };
+    let (fused, stepwise) = (sum(&alone), sum(&stepwise));
+    assert!(
+        fused > 1.0 && (fused / stepwise - 1.0).abs() < 0.02,
+        "{fused} for {stepwise}"
+    );
 }
 
 /// Protects: paths over triangles of uniform materials have the bits of paths that compute every
