@@ -36,6 +36,16 @@ pub(super) fn mix_candidates(
         });
 }
 
+/// Removes the changes of all mixed pixels, which then have the colour and the error of the noisy
+/// picture.
+pub(super) fn remove_changes(four: &FourReplicates<'_>, pixels: &mut [PixelCandidates]) {
+    for (index, pixel) in pixels.iter_mut().enumerate() {
+        let [_, _, error] = replicate_statistics(four.radiance(index));
+        pixel.changes[0] = [0.0; 3];
+        pixel.error_terms[0] = error.map(|error| error as f32);
+    }
+}
+
 /// Applies the shares to the candidates of a pixel. The pixel then holds its total change, its
 /// clamped leave-one-out colour and its estimated squared error.
 fn apply_shares_to_pixel(

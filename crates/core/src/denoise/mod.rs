@@ -12,7 +12,8 @@
 //!   for noise.
 //! - Emission of lamps and sky that the camera sees directly is filtered separately if it is noisy.
 //! - The share of the filtered colour in a pixel is computed from the pixel's surroundings, without
-//!   the pixel itself (`candidate_mixture`).
+//!   the pixel itself (`candidate_mixture`). Where the whole picture would have more error than
+//!   before, all shares are zero.
 //!
 //! The denoised picture is D = ½ Σ Pₕ, where Pₕ is the filtered half h. Pₕ is independent of xₕ′, the
 //! opposite half. Let s² = ½ (x₁ − x₂)² be the sample variance of the halves. Then mean (Pₕ − xₕ′)² −
@@ -55,6 +56,10 @@ pub use requirements::{FEWEST_SAMPLES, REQUIRED_LAYERS, is_denoisable_sampling};
 
 /// Width and height in pixels of the tiles that are filtered as units.
 const TILE: [usize; 2] = [128, 64];
+
+/// Ratio of the denoised and the noisy picture's estimated errors (root relMSE) beyond which a
+/// picture stays noisy. Both estimates together are a fifth off by chance.
+const HARMFUL_RATIO: f64 = 1.25;
 
 /// Reason why a film cannot be denoised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -120,6 +125,13 @@ impl DenoiseOutput {
             && (self.error.doubt.is_none() || noisy.is_error_below(error))
     }
 
+    /// Whether denoising clearly adds error, as where the filter spreads a single bright sample.
+    fn is_harmful(&self) -> bool {
+        self.noisy_error.is_some_and(|noisy| {
+            self.error.root_relmse.value > HARMFUL_RATIO * noisy.root_relmse.value
+        })
+    }
+
     /// Returns the denoised colour and its standard errors, as layers for a picture of the same
     /// size.
     pub fn to_picture_layers(&self) -> Vec<PictureLayer> {
@@ -176,7 +188,14 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<DenoiseOutput, De
         return Err(DenoiseError::Cancelled);
     }
     candidate_mixture::mix_candidates(&four, [width, height], &mut pixels);
-    let mut denoised = error_estimate::estimate_error(film, &four, film.mean_colours(), &pixels);
+    let estimate = |pixels: &[PixelCandidates]| {
+        error_estimate::estimate_error(film, &four, film.mean_colours(), pixels)
+    };
+    let mut denoised = estimate(&pixels);
+    if denoised.is_harmful() {
+        candidate_mixture::remove_changes(&four, &mut pixels);
+        denoised = estimate(&pixels);
+    }
     film.subtract_backdrop(&mut denoised.picture);
     Ok(denoised)
 }
