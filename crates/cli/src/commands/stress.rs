@@ -60,7 +60,8 @@ pub fn run(mut session: Session, args: &StressArgs) -> Result<(), Failure> {
     progress.finish();
     let report = report.map_err(|error| prepare_failure(&loaded.source, error))?;
     if let Some(path) = &args.output {
-        let write = || write_marked_picture(path, (args, &session), &settings, &loaded, &report);
+        let watch = session.observer();
+        let write = || write_marked_picture(path, (args, watch), &settings, &loaded, &report);
         session.run(write)?;
         session.verbosity.print_result_message(path.display());
     }
@@ -109,7 +110,7 @@ fn resolve_settings(args: &StressArgs, loaded: &mut LoadedScene) -> Result<Setti
 /// their numbers in the text.
 fn write_marked_picture(
     path: &Path,
-    (args, session): (&StressArgs, &Session),
+    (args, watch): (&StressArgs, RunObserver<'_>),
     settings: &Settings,
     loaded: &LoadedScene,
     report: &StressSummary,
@@ -128,7 +129,7 @@ fn write_marked_picture(
             deadline,
             ..Deadlines::default()
         },
-        ..session.observer()
+        ..watch
     };
     let rendered = prepare_loaded(loaded, &settings, &watch)?.render(&watch);
     let findings = report.findings.iter().enumerate();
