@@ -47,7 +47,7 @@ const SYNONYMS: [(&[&str], &str); 22] = [
     ),
     (
         &["hdri", "hdr", "environment", "envmap", "ibl", "skybox"],
-        "use --env FILE for an equirectangular picture around the scene",
+        "use --env studio, --env outdoor, or --env FILE for an equirectangular picture around the scene",
     ),
     (
         &["time", "timestamp"],

@@ -169,11 +169,19 @@ fn problems_of_a_scene_are_shown_where_they_are() {
 }
 
 const PROBLEMS: &str = "\
+error: `vertical_fov` must be above 0 and below 180, not 400
+  --> two.scene.toml:12:39
+   |
+12 | projection.pinhole = { vertical_fov = 400 }
+   |                                       ^^^
+
 error: `sphere`: missing key `radius`
   --> two.scene.toml:17:16
    |
 17 | shape.sphere = { centre = [0, 0, 0], raduis = -2 }
    |                ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+   |
+   = help: for example `radius = 0.5`
 
 error: unknown key `raduis`
   --> two.scene.toml:17:38
@@ -182,4 +190,12 @@ error: unknown key `raduis`
    |                                      ^^^^^^ not a key of `sphere`
    |
    = help: did you mean `radius`?
+
+error: unknown material `rde`
+  --> two.scene.toml:21:12
+   |
+21 | material = \"rde\"
+   |            ^^^^^
+   |
+   = help: did you mean `red`?
 ";

@@ -37,10 +37,12 @@ fn key_light_stays_left_of_the_camera() {
     let up = [0.0, 1.0, 0.0];
     let key = direction_from_angles(-42_f64.to_radians(), 42_f64.to_radians());
     assert!(key.x < 0.0 && key.y > 0.0 && key.z > 0.0, "{key}");
+    // The key light, and the weaker light as far to the right.
+    let right = glam::DQuat::from_rotation_y(84_f64.to_radians());
     let is_lit = |studio: &Studio, pose: Pose, direction: DVec3| {
-        let mirrored = DVec3::new(-direction.x, direction.y, -direction.z);
-        let [there, behind] = [direction, mirrored].map(|d| light_along(studio, pose.clone(), d));
-        assert!(there > 2.3 && behind < 1.0, "{pose:?}: {there} {behind}");
+        let [left, right] =
+            [direction, right * direction].map(|d| light_along(studio, pose.clone(), d));
+        assert!(left > 2.5 && right < 1.5, "{pose:?}: {left} {right}");
     };
     is_lit(&own, look([0.0, 0.0, 5.0], up), key);
     let orbit = Pose::Orbit {

@@ -229,13 +229,15 @@ fn deserialize_scene(
             }
             Err(failure) => failure,
         };
-        unread.spans.extend(failure.span.clone());
-        let is_mended = match examples::add_example(root, text, &mut failure) {
-            true => true,
-            false => remove_at_path(root, &failure.path).is_some_and(|gone| {
-                unread.add_texts(&gone);
-                true
-            }),
+        let span = failure.span.clone();
+        let is_mended = if examples::add_example(root, text, &mut failure) {
+            unread.examples.extend(span);
+            true
+        } else {
+            unread.spans.extend(span);
+            let gone = remove_at_path(root, &failure.path);
+            gone.iter().for_each(|gone| unread.add_texts(gone));
+            gone.is_some()
         };
         problems.push(failure.into_diagnostic());
         if !is_mended {
@@ -248,8 +250,10 @@ fn deserialize_scene(
 /// Parts of a text that could not be read, and the problems that may only follow from them.
 #[derive(Default)]
 struct UnreadParts {
-    /// Byte ranges of the problems.
+    /// Byte ranges of the problems, but of missing keys.
     spans: Vec<Range<usize>>,
+    /// Byte ranges of tables with examples of missing keys, which stand for the examples.
+    examples: Vec<Range<usize>>,
     /// Texts of the parts, such as names of materials, and names of parameters without value.
     texts: HashSet<String>,
 }
@@ -299,13 +303,15 @@ impl UnreadParts {
     /// the value where it lies mentions a text of one.
     fn affects(&self, problem: &Diagnostic, text: &str) -> bool {
         let Some(place) = &problem.span else {
-            return !self.spans.is_empty();
+            return !(self.spans.is_empty() && self.examples.is_empty());
         };
         let is_near = |span: &Range<usize>| span.start < place.end && place.start < span.end;
         let value = text.get(place.clone()).unwrap_or_default();
         let is_part = |c: char| c.is_alphanumeric() || c == '_';
         let mut words = (problem.message.split('`')).chain(value.split(|c| !is_part(c)));
-        self.spans.iter().any(is_near) || words.any(|word| self.texts.contains(word))
+        self.spans.iter().any(is_near)
+            || self.examples.contains(place)
+            || words.any(|word| self.texts.contains(word))
     }
 }
 

@@ -126,7 +126,7 @@ fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
             "extensions",
             join_items(contents.extensions.iter().map(describe_extension)),
         ),
-        ("units", units.to_owned()),
+        ("units", units.map_or_else(String::new, str::to_owned)),
         ("up axis", describe_up_axis(loaded)),
         ("bounds", describe_bounds(bounds, unbounded)),
         (
@@ -178,12 +178,13 @@ fn describe_up_axis(loaded: &LoadedScene) -> String {
     }
 }
 
-/// Names the unit of lengths in a format.
-fn file_units(format: SceneFormat) -> &'static str {
+/// Names the unit of lengths of a model; `None` for a scene file, whose lengths are metres.
+fn file_units(format: SceneFormat) -> Option<&'static str> {
     match format {
-        SceneFormat::Native(_) | SceneFormat::Gltf | SceneFormat::Glb => "metres",
-        SceneFormat::Stl => "of the file, which states none; printers take them as millimetres",
-        SceneFormat::Obj | SceneFormat::Ply => "of the file, which states none",
+        SceneFormat::Native(_) => None,
+        SceneFormat::Gltf | SceneFormat::Glb => Some("metres"),
+        SceneFormat::Stl => Some("none is stated; printers take an STL's as millimetres"),
+        SceneFormat::Obj | SceneFormat::Ply => Some("none is stated"),
     }
 }
 
