@@ -149,10 +149,7 @@ fn contains_time_variable(text: &str) -> bool {
 /// file.
 pub fn is_empty_scene(loaded: &LoadedScene) -> bool {
     let scene = &loaded.scene;
-    if matches!(loaded.source.format, SceneFormat::Native(_))
-        && scene.sky.is_some()
-        && loaded.added_sky.is_none()
-    {
+    if !loaded.source.format.is_model() && scene.sky.is_some() && loaded.added_sky.is_none() {
         return false;
     }
     let has_no_objects = scene.objects.is_empty() && scene.generators.is_empty();

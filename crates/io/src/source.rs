@@ -105,6 +105,11 @@ impl SceneFormat {
         }
     }
 
+    /// Whether files of the format are models, without settings of a picture.
+    pub fn is_model(self) -> bool {
+        !matches!(self, Self::Native(_))
+    }
+
     /// Whether files of the format can contain several scenes, variants and animations to choose
     /// from.
     pub(crate) fn has_model_choices(self) -> bool {

@@ -215,6 +215,57 @@ fn harmful_denoising_is_left_out() {
     assert_ne!(both[0], both[1]);
 }
 
+/// Protects: the path-traced picture of a model is denoised, with 16 samples unless flags say how
+/// many. It keeps its noise and its 64 samples on request, by Whitted's integrator, and where
+/// samples are kept: in EXR files, layers and films. Too few samples stay noisy. Scene files stay as
+/// they are, also with models in them.
+#[test]
+fn models_are_denoised_by_default() {
+    let sandbox = sandbox();
+    sandbox.write(
+        "a.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
+    );
+    sandbox.write(
+        "of.scene.toml",
+        "format = 1\n[[models]]\nfile = \"a.obj\"\n",
+    );
+    let run = |words: &str| {
+        let words = format!("render {words} --size 40x30 --ground none");
+        sandbox.run(&words.split(' ').collect::<Vec<_>>())
+    };
+    let [denoised, noisy] = [
+        "(40x30, 16 samples, denoised",
+        "(40x30, 64 samples, error 0.",
+    ];
+    for (words, expected) in [
+        ("a.obj -o by-default.png", denoised),
+        ("a.obj --no-denoise --denoise -o on-request.png", denoised),
+        ("a.obj --spp 32 -o b.png", "(40x30, 32 samples, denoised"),
+        ("a.obj --rung samples=16 -o b.png", denoised),
+        ("a.obj --max-error 1 -o b.png", "denoised"),
+        ("a.obj --denoise --no-denoise -o noisy.png", noisy),
+        ("a.obj --rung reconstruction=unbiased -o b.png", noisy),
+        ("a.obj --checkpoint a.film -o b.png", noisy),
+        ("a.obj --aov normal -o b.exr", noisy),
+        ("a.obj -o kept.png -o kept.exr", noisy),
+        (
+            "a.obj --integrator whitted -o b.png",
+            "(40x30, 64 samples, ",
+        ),
+        ("a.obj --spp 4 -o b.png", "(40x30, 4 samples, "),
+        ("of.scene.toml -o b.png", noisy),
+    ] {
+        let run = run(words);
+        run.exits_with(0).prints_like(expected);
+        let is_denoised = run.stderr.contains("denoised (biased)");
+        assert_eq!(is_denoised, expected.contains("denoised"), "{words}");
+    }
+    same_bits(&sandbox, "by-default.png", "on-request.png");
+    same_bits(&sandbox, "noisy.png", "kept.png");
+    run("a.obj --quick --no-denoise").exits_with(2);
+}
+
 /// Protects: denoised pictures of either integrator have an error estimate.
 #[test]
 fn denoised_pictures_by_rays_alone_say_their_error() {

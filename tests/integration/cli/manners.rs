@@ -90,7 +90,7 @@ fn a_render_says_two_lines() {
     assert_eq!(lines.len(), 2, "{}", run.stderr);
     assert!(lines[0].starts_with("note: the file has no camera: the whole scene is shown"));
     assert!(
-        lines[1].starts_with("wrote truck.png (32x18, 64 samples, error 0."),
+        lines[1].starts_with("wrote truck.png (32x18, 64 samples, denoised (biased), error 0."),
         "{}",
         lines[1]
     );

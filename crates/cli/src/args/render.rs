@@ -203,15 +203,21 @@ pub struct LightArgs {
 
     /// Samples a pixel: time grows with the number, noise falls with its square root. A scene's
     /// fixed sample pattern is kept only if N is the pattern's number of samples. With N = 1, the
-    /// sample is at the pixel centre [default: the scene's; models 64]
+    /// sample is at the pixel centre [default: the scene's; models 64, or 16 if
+    /// they are denoised by default]
     #[arg(long, value_name = "N", value_parser = values::parse_samples, allow_hyphen_values = true)]
     pub spp: Option<u32>,
 
     /// Filter the noise out of the picture, from 8 samples on, and report the remaining error. The
     /// filter is biased: it blurs fine and faint detail. PNG shows the result; EXR keeps the noisy
-    /// picture and gains layers denoised and denoised.stderr
-    #[arg(long)]
+    /// picture and gains layers denoised and denoised.stderr [default: path-traced models, unless
+    /// an .exr picture, layers or a film file are written]
+    #[arg(long, overrides_with = "no_denoise")]
     pub denoise: bool,
+
+    /// Keep the noise of the samples, also in pictures of models
+    #[arg(long, overrides_with = "denoise", conflicts_with = "quick")]
+    pub no_denoise: bool,
 
     /// A quick preview: at most 16 samples a pixel, denoised, half as wide and as high, at most
     /// 640x360, unless --size says otherwise. The fixed sample pattern of a scene stays as it is

@@ -126,7 +126,9 @@ impl OpeningSearch {
 impl EffectSummary {
     fn detect_effects(args: &ExplainArgs, loaded: &mut LoadedScene) -> Result<Self, Failure> {
         let mut settings = Settings::from_scene(&loaded.scene);
-        RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
+        let choices = RungChoices::from(&args.choices);
+        choices.apply(&mut loaded.scene, &mut settings)?;
+        choices.denoise_model(loaded, false, &mut settings);
         let report = assess_effects(&loaded.scene, &settings);
         let ladders = current_rungs(&loaded.scene, &settings, &report);
         let openings = OpeningSearch::run(&loaded.scene, &settings, &report);
@@ -147,6 +149,7 @@ fn measure_costs(
     (observer, steps): (&dyn Observer, &mut StepProgress),
 ) -> Result<EffectCosts, Failure> {
     let settings = Settings {
+        denoise: false,
         max_memory: Some(Limits::default().memory_bytes),
         ..settings.clone()
     };

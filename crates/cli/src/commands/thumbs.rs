@@ -9,9 +9,7 @@ use std::time::{Duration, Instant, SystemTime};
 use raywright_core::Settings;
 use raywright_core::framing::Silhouette;
 use raywright_io::output::{is_own_picture, write_atomically};
-use raywright_io::{
-    Error, Input, InputFiles, LoadOptions, LoadedScene, SceneFormat, is_scene_or_model, load,
-};
+use raywright_io::{Error, Input, InputFiles, LoadOptions, LoadedScene, is_scene_or_model, load};
 use serde::{Deserialize, Serialize};
 
 use crate::args::ThumbsArgs;
@@ -249,7 +247,7 @@ fn render_thumbnail(
     picture: &Path,
     session: &mut Session,
 ) -> Result<(), Failure> {
-    let is_model = !matches!(loaded.source.format, SceneFormat::Native(_));
+    let is_model = loaded.source.format.is_model();
     let view = is_model.then(|| Silhouette::from_scene(&loaded.scene).default_view());
     let task = RenderTask::thumbnail(loaded.source.name.clone().into(), size, view)?;
     let watch = session.start_work();

@@ -4,7 +4,7 @@ use raywright_core::display::Display;
 use raywright_core::display::exposure::exposure_of_brightest_tenth;
 use raywright_core::picture::Picture;
 use raywright_core::{Observer, ReadyScene};
-use raywright_io::{LoadedScene, SceneFormat};
+use raywright_io::LoadedScene;
 
 use crate::args::{DisplayArgs, ExposureChoice};
 
@@ -27,7 +27,7 @@ pub fn choose_exposure(
     (display, requested): (Display, Option<ExposureChoice>),
     observer: &dyn Observer,
 ) -> ChosenExposure {
-    let is_model = !matches!(loaded.source.format, SceneFormat::Native(_));
+    let is_model = loaded.source.format.is_model();
     let has_own_lights = is_model && (!loaded.scene.lights.is_empty() || ready.has_headlight());
     let is_auto = requested == Some(ExposureChoice::Auto);
     if !has_own_lights && !is_auto {

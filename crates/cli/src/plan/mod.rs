@@ -10,9 +10,11 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use raywright_core::display::OutputFormat;
 use raywright_core::framing::ViewAngles;
+use raywright_core::ladder::RungValue;
 use raywright_core::settings::Aov;
-use raywright_io::output::AnimationFormat;
+use raywright_io::output::{AnimationFormat, PictureFormat};
 use raywright_io::{
     EnvironmentOptions, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions,
     ParameterOverrides,
@@ -231,6 +233,24 @@ impl RenderTask {
             },
             ..RenderArgs::default()
         })
+    }
+
+    /// Whether the run keeps samples: in EXR files or a float viewer, as layers, or in films.
+    fn keeps_samples(&self) -> bool {
+        let is_exr =
+            |path: &PathBuf| matches!(PictureFormat::from_path(path), Ok(PictureFormat::Exr));
+        let mut films = self.film.flags().into_iter();
+        !self.layers.is_empty()
+            || self.wants_linear_output()
+            || self.files.pictures.iter().any(is_exr)
+            || self.files.tev.is_some()
+            || films.any(|(_, is_given)| is_given)
+    }
+
+    /// Whether `--rung output=float` requests linear values in all output files.
+    pub fn wants_linear_output(&self) -> bool {
+        let mut rungs = self.choices.rungs.iter();
+        rungs.any(|choice| choice.value() == RungValue::Output(OutputFormat::Float))
     }
 
     /// Returns the number of pictures of each scene.

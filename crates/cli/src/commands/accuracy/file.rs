@@ -92,7 +92,11 @@ impl<'a> AccuracyDocument<'a> {
             "thread CPU time" => "CPU time of all threads",
             other => other,
         };
-        let command = RenderCommand::new(&loaded.source.name, requested);
+        let command = RenderCommand::new(
+            &loaded.source.name,
+            loaded.source.format.is_model(),
+            requested,
+        );
         let format_flags = |flags: &[String]| match command.format_flags(flags) {
             flags if flags.is_empty() => "as it is".to_owned(),
             flags => flags,

@@ -18,6 +18,10 @@ pub struct RenderCommand {
     measurement_rungs: Vec<String>,
 }
 
+/// Rungs of a measured model that no flag chooses. `render` denoises a model with fewer samples, so
+/// that its commands have to state them.
+const MEASURED_MODEL_RUNGS: [&str; 2] = ["samples=64", "reconstruction=unbiased"];
+
 /// Returns the text `LADDER=RUNG` of a `--rung` flag; `None` for any other flag.
 fn parse_rung_flag(flag: &str) -> Option<&str> {
     flag.strip_prefix("--rung ")
@@ -27,10 +31,25 @@ fn parse_ladder_name(rung: &str) -> Option<&str> {
     rung.split_once('=').map(|(ladder, _)| ladder)
 }
 
+/// Returns `rungs`, with `chosen` in place of those of the same ladders.
+fn replace_rungs<'a>(rungs: &[&'a str], chosen: &'a [String]) -> Vec<&'a str> {
+    let chosen: Vec<&str> = chosen
+        .iter()
+        .filter_map(|flag| parse_rung_flag(flag))
+        .collect();
+    let is_free = |rung: &&str| {
+        let mut others = chosen.iter();
+        !others.any(|other| parse_ladder_name(other) == parse_ladder_name(rung))
+    };
+    let kept = rungs.iter().copied().filter(is_free);
+    kept.chain(chosen.iter().copied()).collect()
+}
+
 impl RenderCommand {
     /// Splits the flags of a measurement into `--rung` flags and all others, and adds the others to
-    /// the `render` command for `scene`.
-    pub fn new(scene: &str, requested: &[String]) -> Self {
+    /// the `render` command for `scene`, which may be a model.
+    pub fn new(scene: &str, is_model: bool, requested: &[String]) -> Self {
+        let own: &[&str] = if is_model { &MEASURED_MODEL_RUNGS } else { &[] };
         let others = requested
             .iter()
             .filter(|flag| parse_rung_flag(flag).is_none())
@@ -41,9 +60,8 @@ impl RenderCommand {
             .collect();
         Self {
             base: words.join(" "),
-            measurement_rungs: requested
-                .iter()
-                .filter_map(|flag| parse_rung_flag(flag))
+            measurement_rungs: replace_rungs(own, requested)
+                .into_iter()
                 .map(str::to_owned)
                 .collect(),
         }
@@ -53,25 +71,12 @@ impl RenderCommand {
     /// level) of the setting replaces the measurement's rung of the same ladder. Each rung has a
     /// flag of its own, so that the line can be broken between flags.
     pub fn format_flags(&self, setting: &[String]) -> String {
-        let chosen: Vec<&str> = setting
-            .iter()
-            .filter_map(|flag| parse_rung_flag(flag))
-            .collect();
-        let stays = |requested: &&str| {
-            !chosen
-                .iter()
-                .any(|other| parse_ladder_name(other) == parse_ladder_name(requested))
-        };
-        let all: Vec<&str> = self
-            .measurement_rungs
-            .iter()
-            .map(String::as_str)
-            .filter(stays)
-            .chain(chosen.iter().copied())
-            .collect();
+        let rungs: Vec<&str> = self.measurement_rungs.iter().map(String::as_str).collect();
+        let all = replace_rungs(&rungs, setting);
         let short = |rung: &str| match rung.split_once('=') {
             Some(("samples", samples)) => Some(format!("--spp {samples}")),
             Some(("reconstruction", "denoised")) => Some("--denoise".to_owned()),
+            Some(("reconstruction", "unbiased")) => Some("--no-denoise".to_owned()),
             _ => None,
         };
         let rest = all
@@ -187,6 +192,7 @@ mod tests {
     fn commands_ask_for_everything() {
         let command = RenderCommand::new(
             "a b.glb",
+            false,
             &words(&["--integrator path", "--rung samples=16"]),
         );
         assert_eq!(command.base, "raywright render 'a b.glb' --integrator path");
@@ -204,7 +210,22 @@ mod tests {
             "--spp 16 --rung clamp=10 --rung roulette=off"
         );
         assert_eq!(flags(&[]), "--spp 16");
-        assert_eq!(RenderCommand::new("preset:x", &[]).format_flags(&[]), "");
+        assert_eq!(
+            RenderCommand::new("preset:x", false, &[]).format_flags(&[]),
+            ""
+        );
+        let flags = |rung: &str, chosen: &str| {
+            let command = RenderCommand::new("x.glb", true, &words(&[rung]));
+            command.format_flags(&words(&[chosen]))
+        };
+        assert_eq!(
+            flags("--rung clamp=10", "--rung samples=4"),
+            "--spp 4 --no-denoise --rung clamp=10"
+        );
+        assert_eq!(
+            flags("--rung samples=16", "--rung reconstruction=denoised"),
+            "--spp 16 --denoise"
+        );
     }
 
     /// Protects: the summary has the current error and time, and the error and time of each
@@ -212,7 +233,7 @@ mod tests {
     /// qualifies, the summary states this, and names a budget if an error is not known.
     #[test]
     fn the_recommendation_is_a_sentence() {
-        let command = RenderCommand::new("x.glb", &[]);
+        let command = RenderCommand::new("x.glb", false, &[]);
         let mut report = report();
         let measured = report.own.clone();
         let value_of = |value: f64| ConfidenceInterval {
@@ -270,7 +291,7 @@ mod tests {
             Ladder::Clamp,
         ];
         for choice in ladders.into_iter().flat_map(Ladder::choices) {
-            let advised = RenderCommand::new("preset:cornell", &[])
+            let advised = RenderCommand::new("preset:cornell", false, &[])
                 .format_flags(&RungSetting::from_rung(choice).flags());
             let settings = |words: &str| {
                 let words = ["raywright", "render", "preset:cornell"]

@@ -11,9 +11,8 @@ use std::borrow::Cow;
 use std::io::{self, IsTerminal};
 
 use raywright_core::denoise::FEWEST_SAMPLES;
-use raywright_core::display::{Display, OutputFormat};
+use raywright_core::display::Display;
 use raywright_core::film::{Film, Uncertainty};
-use raywright_core::ladder::RungValue;
 use raywright_core::{ReadyScene, RenderOutput};
 use raywright_io::LoadedScene;
 use raywright_io::output::{PictureMetadata, pixel_hash};
@@ -173,18 +172,10 @@ fn check_targets(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Fail
         "name a picture that ends in .png or .webp, or choose a colour, such as --background white",
     )?;
     Failure::refuse_if(
-        wants_linear_output(task) && !all(OutputTarget::has_layers),
+        task.wants_linear_output() && !all(OutputTarget::has_layers),
         "--rung output=float writes linear values, which .exr files alone can hold",
         "name pictures that end in .exr, or leave out --rung output=float",
     )
-}
-
-/// Whether `--rung output=float` requests linear values in all output files.
-fn wants_linear_output(task: &RenderTask) -> bool {
-    task.choices
-        .rungs
-        .iter()
-        .any(|choice| choice.value() == RungValue::Output(OutputFormat::Float))
 }
 
 /// Refuses `--denoise` for a fixed sample pattern and for too few samples, and adds a hint if no

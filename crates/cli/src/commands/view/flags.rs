@@ -10,7 +10,7 @@ use crate::origin;
 
 /// Flags that the viewer's web page may set. No such flag names a file, raises a limit or grants
 /// access.
-const PAGE_FLAGS: [&str; 31] = [
+const PAGE_FLAGS: [&str; 32] = [
     "animation",
     "at",
     "camera",
@@ -26,6 +26,7 @@ const PAGE_FLAGS: [&str; 31] = [
     "integrator",
     "max-depth",
     "max-error",
+    "no-denoise",
     "precision",
     "quick",
     "rung",

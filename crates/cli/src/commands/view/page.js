@@ -368,7 +368,7 @@ options($("tonemap"), TONE_MAPS.map(name => [name, name]), "none");
 $("layer").addEventListener("change", () => { layer = $("layer").value; wish(); });
 $("tonemap").addEventListener("change", () => { put("tonemap", $("tonemap").value); wish(); });
 $("exposure").addEventListener("input", () => { put("exposure", $("exposure").value); wish(); });
-$("denoise").addEventListener("change", () => { drop("denoise", "quick"); if ($("denoise").checked) flags.push(["denoise", null]); wish(); });
+$("denoise").addEventListener("change", () => { drop("denoise", "no-denoise", "quick"); flags.push([$("denoise").checked ? "denoise" : "no-denoise", null]); wish(); });
 for (const name of ["spp", "max-error"]) {
   $(name).addEventListener("change", () => { drop("quick"); put(name, $(name).value || undefined); wish(); });
 }

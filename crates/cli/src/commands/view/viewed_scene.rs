@@ -104,7 +104,7 @@ impl ViewedScene {
             *self = Self::load(name, task, watch)?;
             return Ok(SceneChange::Reading);
         }
-        let mut plan = task.resolve_job(&mut self.loaded.scene, &task.jobs[0], &self.silhouette)?;
+        let mut plan = task.resolve_job(&mut self.loaded, &task.jobs[0], &self.silhouette)?;
         let of_scene = |settings: &Settings| Settings {
             camera: None,
             ..settings.clone()

@@ -100,7 +100,7 @@ fn lights_of_any_strength_show_their_model() {
         assert!((0.7..1.42).contains(&level), "{light}: {chosen:?} {level}");
     }
     let mut native = model(r#""type": "directional", "intensity": 2049"#, ABOVE);
-    native.source.format = SceneFormat::Native(raywright_io::SceneNotation::Toml);
+    native.source.format = raywright_io::SceneFormat::Native(raywright_io::SceneNotation::Toml);
     assert_eq!(expose(&native).0, ChosenExposure::default());
 }
 

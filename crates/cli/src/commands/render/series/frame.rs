@@ -66,7 +66,7 @@ impl<'a> PictureSeries<'a> {
     ) -> Result<(), Failure> {
         let task = self.task;
         let job = &task.jobs[number];
-        let mut plan = task.resolve_job(&mut moment.loaded.scene, job, &moment.silhouette)?;
+        let mut plan = task.resolve_job(&mut moment.loaded, job, &moment.silhouette)?;
         let load = self.session.clock.lap();
         self.prepare_picture(&plan, moment)?;
         let prepare = self.session.clock.lap();

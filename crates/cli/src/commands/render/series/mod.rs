@@ -117,7 +117,7 @@ impl<'a> PictureSeries<'a> {
         let has_own = self.targets.iter().any(|targets| !targets.is_empty());
         if !has_own && !self.combined_files.is_requested() && self.task.film.part.is_none() {
             let (all, jobs) = ((&mut self.session.outputs, inputs), &self.task.jobs);
-            let format = match super::wants_linear_output(self.task) {
+            let format = match self.task.wants_linear_output() {
                 true => PictureFormat::Exr,
                 false => PictureFormat::Png,
             };
