@@ -213,7 +213,7 @@ pub(super) fn cases<R: Real>() -> Vec<Case<R>> {
         // Rays that start on a face of a box, or an ulp inside or outside it. They go inwards,
         // outwards or along the face.
         ("T16", |trial| {
-            let boxes = scatter_boxes(216, 300);
+            let boxes = scatter_boxes(216, 100);
             build_boxes(trial, &[&boxes]);
             trial.judge_rays("", (216, 80_000), |rng, scans| {
                 let corners = rng.choose(&boxes);

@@ -129,7 +129,7 @@ fn judge_leaks<R: Real>(trial: &mut Trial<R>, is_turned: fn(usize) -> bool) {
         for target in TARGETS {
             let (part, rays) = (
                 format!("{target:?} of mesh {scene}"),
-                (60 + target as u64, 100_000),
+                (60 + target as u64, 60_000),
             );
             trial.judge_rays(&part, rays, |rng, _| {
                 let ray = draw_inner_ray(mesh, rng, (DVec3::ZERO, 0.9), target);
@@ -254,7 +254,7 @@ pub(super) fn cases<R: Real>() -> Vec<Case<R>> {
         // Rays from inside closed meshes of every size from 1e-12 to 1e12.
         ("T06", |trial| {
             let globes = (-12..=12).map(|k| Globe::new(3, 10_f64.powi(k), DVec3::ZERO));
-            judge_globes(trial, (226, 500_000), &globes.collect::<Vec<_>>(), &vec![]);
+            judge_globes(trial, (226, 400_000), &globes.collect::<Vec<_>>(), &vec![]);
         }),
         // Rays inside closed meshes far from the origin, and rays towards a distant flat ground of
         // square cells.
@@ -262,7 +262,7 @@ pub(super) fn cases<R: Real>() -> Vec<Case<R>> {
             const SIDE: u64 = 12;
             let sides = [DVec3::X * 2.0, DVec3::Z * 2.0];
             let ground = create_lattice(DISTANT, sides, SIDE as usize);
-            judge_globes(trial, (227, 500_000), &create_globes()[..3], &ground);
+            judge_globes(trial, (227, 400_000), &create_globes()[..3], &ground);
             trial.judge_rays("ground", (228, 200_000), |rng, _| {
                 // The ray is aimed at a corner inside the ground, or at an edge that ends at this
                 // corner. The rounding of the direction moves the target by a tiny fraction of a

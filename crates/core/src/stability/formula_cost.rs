@@ -26,7 +26,7 @@ pub struct CaseCost {
 /// Number of timed rounds. A round before them is not counted.
 const ROUNDS: usize = 15;
 /// Number of different samples.
-const SAMPLES: u64 = 4096;
+const SAMPLES: u64 = 2048;
 /// Number of times that each sample is computed in a round.
 const TURNS: u64 = 4;
 
