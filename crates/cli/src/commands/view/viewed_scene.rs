@@ -68,7 +68,7 @@ impl ViewedScene {
             return Err(failure);
         }
         let silhouette = OnceCell::new();
-        let mut plan = task.resolve_job(&mut loaded.scene, &task.jobs[0], &silhouette)?;
+        let mut plan = task.resolve_job(&mut loaded, &task.jobs[0], &silhouette)?;
         let mut ready = prepare_loaded_for_previews(&loaded, &plan, watch)?;
         let requested = (plan.display, plan.requested_exposure);
         let exposure = choose_exposure(&loaded, &ready, requested, watch);

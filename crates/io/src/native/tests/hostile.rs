@@ -12,7 +12,8 @@ use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::native::node::{TextValue, ValueNode};
 use crate::native::{
-    ParameterOverrides, SceneNotation, decode_utf8, deserialize_scene, parse, parse_tree,
+    ParameterOverrides, SceneNotation, UnreadParts, decode_utf8, deserialize_scene, parse,
+    parse_tree,
 };
 use crate::presets;
 
@@ -79,7 +80,8 @@ proptest! {
         let nodes = count(&root);
         *nth(&mut root, &mut at.index(nodes)).expect("within the tree") = value;
         let names = [("t".to_owned(), 0.0)].into();
-        if let Ok(scene) = deserialize_scene(&mut root, text, &names) {
+        let (unread, mut problems) = (UnreadParts::default(), Vec::new());
+        if let (Some(scene), _) = deserialize_scene(&mut root, text, &names, unread, &mut problems) {
             raywright_core::validate::validate(&scene);
         }
     }
