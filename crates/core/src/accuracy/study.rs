@@ -19,6 +19,7 @@ use super::trial::{
 use super::{AccuracyEffort, ProgressListener};
 use crate::denoise;
 use crate::display::Display;
+use crate::film::{ErrorEstimate, Film, Uncertainty};
 use crate::ladder::Ladder;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
@@ -137,8 +138,7 @@ impl<'a> Study<'a> {
             .is_to_be_denoised()
             .then(|| self.renderer.denoise_film(film, end))
             .flatten();
-        // Two nets of few samples, as `render` states them, don't tell small lamps from rare light.
-        let claim = film.estimate_by_replicates().map(|(claim, _)| claim);
+        let claim = claim_of(film);
         let denoised = denoised.map(|(output, seconds)| DenoisedTrial {
             claim: output.error,
             light_change: output.light_change,
@@ -342,6 +342,26 @@ impl<'a> Study<'a> {
     pub fn spent_share(&self) -> f64 {
         (self.elapsed() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
     }
+}
+
+/// Returns the claim of a whole picture, between two bounds where two replicates share a net. Its two
+/// nets, by which `render` claims, are up to a tenth too low where few pixels carry the noise, and do
+/// not tell small lamps from rare light. All four replicates, taken as independent, are up to a fifth
+/// too high where nets are well spread (`benches/runs/2026-11-30-advice.md`).
+fn claim_of(film: &Film) -> Option<Uncertainty> {
+    let (nets, (all, _)) = (film.estimate_uncertainty()?, film.estimate_by_replicates()?);
+    let between = |one: ErrorEstimate, other: ErrorEstimate| ErrorEstimate {
+        value: (one.value * other.value).sqrt(),
+        low: one.low.min(other.low),
+        high: one.high.max(other.high),
+        carriers: one.carriers.min(other.carriers),
+    };
+    Some(Uncertainty {
+        rmse: between(nets.rmse, all.rmse),
+        root_relmse: between(nets.root_relmse, all.root_relmse),
+        replicates: nets.replicates,
+        doubt: all.doubt,
+    })
 }
 
 #[cfg(test)]
