@@ -168,20 +168,20 @@ fn what_vanishes_is_a_warning() {
         run.exits_with(0);
         run.stderr
             .lines()
-            .filter(|line| line.contains("cannot be seen"))
+            .filter(|line| line.contains("nothing is left of it"))
             .map(str::to_owned)
             .collect::<Vec<_>>()
     };
-    let advice = "so far from the origin, the corners of such small triangles coincide in single precision; move the mesh nearer to the \
-                  origin, or add --precision reference";
+    let advice = "it is so far from the rest of the scene that rounding merges all corners of its triangles, so that nothing is left of it; \
+                  move the object nearer to the rest of the scene, or render with --precision reference";
     assert_eq!(
         warning(&["render", "one.scene.toml", "-v"]),
-        [format!("warning: object `far` cannot be seen: {advice}")]
+        [format!("warning: object `far`: {advice}")]
     );
     assert_eq!(
         warning(&["render", "three.scene.toml", "-v"]),
         [format!(
-            "warning: object `far` and 2 more cannot be seen: {advice}"
+            "warning: object `far`, object `farther`, object `beyond`: {advice}"
         )]
     );
     assert!(warning(&["render", "one.scene.toml", "--precision", "reference"]).is_empty());
@@ -359,7 +359,7 @@ fn stats_have_their_fields() {
     assert_eq!(names, expected);
     assert_eq!(
         (&stats["format"], &stats["accelerator"]),
-        (&1.into(), &"bvh".into())
+        (&2.into(), &"bvh".into())
     );
     assert_eq!(
         stats["command"],
