@@ -265,7 +265,7 @@ fn what_is_too_far_apart_is_named() {
             ])
             .stderr
     };
-    let named = "`there` is so far from the rest of the scene";
+    let named = "`there`: it is so far from the rest of the scene";
     assert_eq!(run("robust").matches(named).count(), 1);
     assert_eq!(run("reference").matches(named).count(), 0);
 }

@@ -206,6 +206,7 @@ fn has_the_documented_keys(from: &str, found: &Value) -> BTreeSet<String> {
 
 /// A lamp over a floor, path traced, so that every figure exists.
 const LAMP: &str = r#"format = 1
+parameters = { brightness = { value = 5, min = 0, max = 9 } }
 render = { size = [24, 18], samples = 32, integrator = "path" }
 cameras = [{ pose.look_at = { eye = [0, 1, 5], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 } }]
 sky.constant = 0.2
@@ -268,7 +269,7 @@ fn layouts_are_those_of_the_page() {
         ),
         (
             "info --json",
-            &["info good.scene.toml --json", "info model.gltf --json"],
+            &["info lamp.scene.toml --json", "info model.gltf --json"],
         ),
         (
             "info PICTURE --json",

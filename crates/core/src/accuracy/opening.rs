@@ -18,6 +18,9 @@ use crate::settings::Crop;
 /// Largest share of the budget for the samples of the reference beyond the fewest. Its noise then
 /// adds less than .5 % to an error (`benches/runs/2026-11-27-advice.md`).
 const REFERENCE_SHARE: f64 = 0.1;
+/// Most samples per pixel of the reference: a later run finds a kept reference of a small picture
+/// complete, however fast the machine is then.
+const MOST_REFERENCE_SAMPLES: u32 = 16_384;
 /// Largest width and height in pixels of the magnified part of a picture, and its largest share of
 /// the picture's edges. On a page each pixel is then a visible square.
 const DETAIL: ([u32; 2], f64) = ([64, 48], 0.4);
@@ -188,8 +191,7 @@ impl Study<'_> {
         let cost = 2.0 * self.seconds_of_sample() * self.tile_share();
         let most = REFERENCE_SHARE * self.effort.budget.as_secs_f64();
         let mut samples = 4 * REPLICATES;
-        // Sequences have 2¹⁶ points.
-        while samples < u32::from(u16::MAX) && 4.0 * f64::from(samples) * cost < most {
+        while samples < MOST_REFERENCE_SAMPLES && 4.0 * f64::from(samples) * cost < most {
             samples *= 4;
         }
         let kept = start.reference.as_ref();

@@ -220,7 +220,7 @@ mod tests {
         };
         assert_eq!(
             flags("--rung clamp=10", "--rung samples=4"),
-            "--spp 4 --no-denoise --rung clamp=10"
+            "--no-denoise --spp 4 --rung clamp=10"
         );
         assert_eq!(
             flags("--rung samples=16", "--rung reconstruction=denoised"),

@@ -70,13 +70,18 @@ fn list_contents(loaded: &LoadedScene) -> (Value, Vec<(&'static str, String)>) {
     let hash = loaded.hash.to_string();
     let animation = |info: &AnimationInfo| json!({ "name": info.name, "seconds": info.seconds });
     let extension = |info: &ExtensionInfo| json!({ "name": info.name, "required": info.required, "read": info.is_supported });
+    let parameter = |(name, parameter): (&String, &Parameter)| {
+        let range = parameter.range;
+        let limits = range.map(|range| [range.min, range.max]);
+        json!({ "name": name, "value": parameter.value, "range": limits, "step": range.and_then(|range| range.step) })
+    };
     let json = json!({
         "format": 1,
         "file": loaded.source.name,
         "notation": notation,
         "title": scene.title,
         "size": scene.render.size,
-        "parameters": scene.parameters,
+        "parameters": scene.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "moves": depends_on_time(loaded),
         "period": scene.period,
         "cameras": cameras,

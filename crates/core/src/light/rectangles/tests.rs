@@ -119,7 +119,7 @@ fn points_have_the_density_by_which_hits_are_weighed() {
             let end = DVec3::new(found.end.x.into(), found.end.y.into(), found.end.z.into());
             let gap = lamp_normal.dot(end - rectangle.corner) * height.signum();
             let reach = (end - start).length();
-            let (least, most) = (rectangle.error + size * 3e-7, size * 1.5e-6 + reach * 5e-7);
+            let (least, most) = (rectangle.error, size * 6e-7 + reach * 3e-7);
             assert!(
                 gap > least && gap < most + rectangle.error,
                 "{gap:e}: {least:e} to {most:e}"

@@ -139,7 +139,7 @@ impl MemoryNeeds {
                     .and_then(|image| image.data.as_ref())
                     .map_or(0, max_sky_table_bytes);
             }
-            Some(Sky::Studio(_)) => {
+            Some(Sky::Studio(studio)) if studio.strength > 0.0 => {
                 let picture = SkyPicture::Studio.image();
                 self.images += picture.byte_size() as u64 + max_sky_table_bytes(&picture);
             }
