@@ -55,6 +55,62 @@ pub struct Counters {
     /// Number of samples whose camera ray hit a surface.
     #[serde(rename = "met")]
     pub hits: u64,
+    /// Densities of media above their stated maximum.
+    #[serde(default, skip_serializing_if = "DensityExcess::is_empty")]
+    pub excess: DensityExcess,
+}
+
+/// Points at which the density of a medium was above the stated maximum, or not a number: how many,
+/// and the worst. Numbers are kept as bits, whose order is that of positive numbers, so that sums do
+/// not depend on their order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct DensityExcess {
+    /// Number of such points.
+    pub count: u64,
+    worst: [u64; 5],
+}
+
+impl DensityExcess {
+    /// One point, in world coordinates. `density` is relative to the stated maximum, and `material`
+    /// is that of the body, `None` for the air.
+    pub(crate) fn new(material: Option<u32>, density: f64, point: [f64; 3]) -> Self {
+        let [x, y, z] = point.map(f64::to_bits);
+        let material = material.map_or(0, |material| 1 + u64::from(material));
+        Self {
+            count: 1,
+            worst: [density.abs().to_bits(), material, x, y, z],
+        }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Returns the greatest density relative to its stated maximum.
+    pub fn ratio(&self) -> f64 {
+        f64::from_bits(self.worst[0])
+    }
+
+    /// Returns the path, in the scene file, of the medium with the greatest ratio.
+    pub fn owner(&self) -> String {
+        match self.worst[1].checked_sub(1) {
+            Some(material) => format!("materials[{material}].model.physical.interior"),
+            None => "air".to_owned(),
+        }
+    }
+
+    /// Returns the point of the greatest ratio, in world coordinates.
+    pub fn point(&self) -> [f64; 3] {
+        let [_, _, x, y, z] = self.worst;
+        [x, y, z].map(f64::from_bits)
+    }
+}
+
+impl AddAssign for DensityExcess {
+    fn add_assign(&mut self, other: Self) {
+        self.count += other.count;
+        self.worst = self.worst.max(other.worst);
+    }
 }
 
 /// Number of units of a squared radiance of one. Sums of integers do not depend on their order.
@@ -88,5 +144,6 @@ impl AddAssign for Counters {
         self.dropped += other.dropped;
         self.cut_short += other.cut_short;
         self.hits += other.hits;
+        self.excess += other.excess;
     }
 }

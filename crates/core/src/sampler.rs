@@ -48,6 +48,10 @@ pub enum SamplePurpose {
     Wavelength = 8,
     /// Direction of light on the studio's ground.
     Ground = 9,
+    /// Distance of a path in a medium.
+    Medium = 10,
+    /// Lamp and point of a segment in a thin medium.
+    Airlight = 11,
 }
 
 /// Number of points of a sequence for one scramble.
@@ -180,13 +184,38 @@ impl SampleSequence {
     /// Returns four numbers in [0, 1) that are stratified together, at little more than the cost of
     /// one: the point `index` of the sequence.
     #[inline]
-    fn sample_4d(self, index: u32) -> [f32; 4] {
+    pub fn sample_4d(self, index: u32) -> [f32; 4] {
         let (index, scramble) = (index % SEQUENCE, self.key.scramble());
         match self.sampler {
             SamplerKind::Sobol => sobol::eval_point(index, scramble),
             SamplerKind::Stratified => grid::stratified_point(index, scramble),
             SamplerKind::Independent => grid::independent_point(index, scramble),
         }
+    }
+}
+
+impl SampleSequence {
+    /// Returns the hashed numbers of the sample `index`, of which there are as many as needed: for
+    /// loops of unknown length, where stratified numbers have no advantage. `salt` tells several
+    /// loops apart.
+    #[inline]
+    pub fn hashed_numbers(self, index: u32, salt: u64) -> HashedNumbers {
+        let vertex = splitmix64(self.key.vertex ^ splitmix64(salt));
+        HashedNumbers(splitmix64(vertex ^ self.key.branch) ^ u64::from(index))
+    }
+}
+
+/// Independent numbers in [0, 1) at an address: a function of the address and of their position.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HashedNumbers(u64);
+
+impl Iterator for HashedNumbers {
+    type Item = f64;
+    #[inline]
+    fn next(&mut self) -> Option<f64> {
+        const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
+        self.0 = self.0.wrapping_add(STEP);
+        Some((splitmix64(self.0) >> 11) as f64 / (1_u64 << 53) as f64)
     }
 }
 
@@ -292,6 +321,8 @@ mod tests {
             SamplePurpose::Coverage,
             SamplePurpose::Wavelength,
             SamplePurpose::Ground,
+            SamplePurpose::Medium,
+            SamplePurpose::Airlight,
         ];
         let numbers = others
             .iter()

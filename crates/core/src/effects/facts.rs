@@ -33,6 +33,8 @@ pub(super) struct EffectFacts {
     /// Material that reflects, transmits or diffuses each ray at random, in given proportions.
     pub mixture: FirstUsePath,
     pub absorption: FirstUsePath,
+    /// Medium that scatters light, or whose density varies.
+    pub medium: FirstUsePath,
     /// Body with a priority, which decides between overlapping bodies.
     pub nested_body: FirstUsePath,
     pub rough_reflection: FirstUsePath,
@@ -165,6 +167,9 @@ impl EffectFacts {
             .map(|object| object.material.as_str())
             .collect();
         facts.gather_materials(scene, &used_materials);
+        if let Some(air) = &scene.air {
+            facts.gather_medium(air, "air");
+        }
         facts.gather_unread_extensions(scene, &used_materials);
         facts.gather_lights(scene);
         facts.gather_sky(scene);

@@ -59,6 +59,7 @@ pub(crate) fn remove_effects(
     if off.has(Effect::Sky) || off.has(Effect::EnvironmentMap) && is_map {
         scene.sky = None;
     }
+    clear_field_if(&mut scene.air, off.has(Effect::ScatteringMedia));
     if let Some(Sky::Studio(studio)) = &mut scene.sky {
         studio.ground &= !off.has(Effect::GroundShadow);
     }

@@ -152,6 +152,9 @@ macro_rules! effects {
                 treatment_by_each_integrator(LeftOut("Whitted ray tracing renders bodies that absorb light as clear", PATH),
                     Simulated("light is absorbed inside a body"),
                     "no body absorbs light");
+            /// Light is scattered inside bodies or by the air.
+            ScatteringMedia = "scattering media", Switch, |f, _| f.medium.as_ref(),
+                path_tracing_only_treatment("light is scattered on its way through a body or the air", "no body and no air scatters light");
             /// Of overlapping bodies, the one with the greatest priority determines refraction and
             /// absorption.
             NestedMedia = "nested media", Switch, |f, _| f.nested_body.as_ref(),

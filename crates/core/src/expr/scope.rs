@@ -114,6 +114,8 @@ pub enum ExprScope {
     Light,
     /// The colour of the sky in a direction.
     Sky,
+    /// The density of a medium at a point.
+    Medium,
 }
 
 impl ExprScope {
@@ -142,6 +144,7 @@ impl ExprScope {
                 OccluderDistance,
             ],
             Self::Sky => &[Direction, Origin],
+            Self::Medium => &[Position],
         }
     }
 
@@ -152,6 +155,7 @@ impl ExprScope {
             Self::Surface => "on a surface",
             Self::Light => "in the weight of a light",
             Self::Sky => "in the sky",
+            Self::Medium => "in the density of a medium",
         }
     }
 }

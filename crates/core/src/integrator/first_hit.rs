@@ -52,12 +52,26 @@ impl FirstHit {
             ray,
             ..PathSegment::from_camera(scene)
         };
-        let range = Interval {
+        let mut range = Interval {
             min: scene.min_hit_distances().camera - segment.skipped_distance,
             max: R::INFINITY,
         };
-        let hit = scene.geometry.closest(&ray, range, &mut ())?;
+        let hit = loop {
+            let hit = scene.geometry.closest(&ray, range, &mut ())?;
+            if !scene.is_open_boundary(&hit) {
+                break hit;
+            }
+            range.min = hit.t;
+        };
         Some(Self::new(scene, &segment, &hit))
+    }
+}
+
+impl<R: Real> PreparedScene<R> {
+    /// Whether a hit is on the boundary of a body without a surface.
+    pub(super) fn is_open_boundary(&self, hit: &Hit<R>) -> bool {
+        let material = self.objects[hit.outermost_id() as usize].material;
+        self.materials[material as usize].is_open()
     }
 }
 

@@ -11,6 +11,7 @@ mod bsdf_lanes;
 mod classic;
 mod diffuse_vertices;
 mod emission;
+mod equiangular;
 mod general;
 mod ground;
 mod index_matched;
@@ -21,6 +22,7 @@ mod mixture_material;
 mod nested;
 mod roulette;
 mod scatter;
+mod scattering;
 mod shade;
 mod straight_transmittance;
 mod transmittance;
@@ -261,7 +263,11 @@ impl<R: Real> PathTracer<'_, R> {
     /// Records the first hit of a path's camera ray, if picture layers (AOVs) need it.
     #[inline(always)]
     fn record_first_hit(&mut self, path: &PathState<R>, hit: &Hit<R>) {
-        if self.keeps_first && path.segments_traced == 0 && path.passages == 0 {
+        if self.keeps_first
+            && path.segments_traced == 0
+            && self.first_hit.is_none()
+            && !self.scene.is_open_boundary(hit)
+        {
             self.first_hit = Some(FirstHit::new(self.scene, &path.segment, hit));
         }
     }

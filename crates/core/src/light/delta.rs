@@ -2,6 +2,7 @@
 
 use core::f64::consts::{PI, TAU};
 
+use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
 use super::{LightBounds, LightDensity, LightSample, ShadowRayTarget};
@@ -78,6 +79,23 @@ impl<R: Real> DistanceFalloff<R> {
         } else {
             window
         }
+    }
+}
+
+/// Greatest number of point and spot lights that are sampled along segments in media. More are
+/// chosen by their tree, at scatterings.
+pub(crate) const MOST_PLACED: usize = 8;
+
+/// Returns indices and positions of the point and spot lights; none if they are more than
+/// [`MOST_PLACED`].
+pub(crate) fn placed_lights<R: Real>(lights: &[DeltaLight<R>]) -> Vec<(u32, DVec3)> {
+    let position =
+        |(i, light): (usize, &DeltaLight<R>)| Some((i as u32, light.position()?.to_f64()));
+    let placed: Vec<_> = lights.iter().enumerate().filter_map(position).collect();
+    if placed.len() > MOST_PLACED {
+        Vec::new()
+    } else {
+        placed
     }
 }
 
@@ -215,13 +233,23 @@ impl<R: Real> DeltaLight<R> {
         (colour.x + colour.y + colour.z) * factor
     }
 
+    /// Returns the position; `None` for a directional light.
+    pub fn position(&self) -> Option<R::Vec3> {
+        match &self.kind {
+            DeltaLightKind::Directional { .. } => None,
+            DeltaLightKind::Point { position, .. } | DeltaLightKind::Spot { position, .. } => {
+                Some(*position)
+            }
+        }
+    }
+
     /// Returns the bounds of positions and directions; `None` for a directional light.
     pub fn bounds(&self) -> Option<LightBounds> {
         match &self.kind {
             DeltaLightKind::Directional { .. } => None,
             DeltaLightKind::Point { position, .. } => Some(LightBounds::for_point_light(
                 position.to_f64(),
-                glam::DVec3::Y,
+                DVec3::Y,
                 PI,
             )),
             DeltaLightKind::Spot {
@@ -246,7 +274,7 @@ impl<R: Real> DeltaLight<R> {
 mod tests {
     use super::*;
     use crate::scene::Colour;
-    use glam::{DVec3, Vec3};
+    use glam::Vec3;
 
     fn light<R: Real>(kind: LightKind, colour: f64) -> DeltaLight<R> {
         let data = LightData {

@@ -41,6 +41,7 @@ use emitters::EmitterLanes;
 
 pub use bounds::LightBounds;
 pub use delta::DeltaLight;
+pub(crate) use delta::{MOST_PLACED, placed_lights};
 pub use direction_cone::DirectionCone;
 pub use emitters::{EmissionEstimate, EmissionPoint, EmitterList, EmitterStrategy, Emitters};
 pub use grid::SphereGrid;

@@ -3,7 +3,9 @@
 
 use super::{LampRef, LightLeak, LightRays, UnresolvedGap};
 use crate::counters::{Counters, MOST_PASSAGES};
-use crate::fault::{Fault, FaultKind, Subject, format_metres, round_to_two_digits};
+use crate::fault::{
+    Fault, FaultKind, Subject, format_decimal, format_metres, round_to_two_digits,
+};
 use crate::scene::Scene;
 use crate::settings::PrecisionChoice;
 
@@ -117,13 +119,25 @@ impl Counters {
         );
         let cut_short = FaultKind::RaysCutShort.fault(
             Subject::Scene,
-            format!("rays end after {MOST_PASSAGES} surfaces that are cut out or partly transparent, so that objects behind these surfaces are missing"),
-            "place fewer such surfaces behind each other",
+            format!("rays end after {MOST_PASSAGES} surfaces that are cut out or partly transparent, so that objects behind these surfaces are missing, or after a million scatterings in a medium"),
+            "place fewer such surfaces behind each other, and make such media thinner",
+        );
+        let excess = &self.excess;
+        let point = excess.point().map(format_decimal).join(", ");
+        let too_dense = FaultKind::DensityAboveMaximum.fault(
+            Subject::Scene,
+            format!(
+                "the density of `{}` is above its `max_density`, {} times so much at [{point}], so that the medium is too thin there",
+                excess.owner(),
+                format_decimal(excess.ratio()),
+            ),
+            "raise `max_density`",
         );
         let all = self.samples + self.dropped;
         let faults = [
             not_finite.with_count(self.dropped, all, "samples", "had to be dropped"),
             cut_short.with_rays(self.cut_short, 0, "ended there"),
+            too_dense.with_count(excess.count, 0, "points", "are too dense"),
         ];
         faults.into_iter().filter(|fault| fault.count > 0)
     }

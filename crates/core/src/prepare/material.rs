@@ -93,6 +93,21 @@ impl<R: Real> PreparedMaterial<R> {
         }
     }
 
+    /// Returns the index of the medium inside, if it scatters light.
+    #[inline(always)]
+    pub fn medium(&self) -> Option<u32> {
+        match self {
+            Self::Physical(m) => m.medium,
+            _ => None,
+        }
+    }
+
+    /// Whether the material bounds a body without a surface.
+    #[inline(always)]
+    pub fn is_open(&self) -> bool {
+        matches!(self, Self::Physical(m) if m.is_open)
+    }
+
     /// Whether every point of the surface blocks rays that go straight on. Surfaces that transmit
     /// rays only by refraction block such rays, because refraction changes the direction.
     pub fn blocks_straight_rays(&self) -> bool {
@@ -177,6 +192,7 @@ pub(super) fn prepare_material<R: Real>(
         }
         MaterialModel::Physical(m) => {
             inputs.path = format!("materials[{index}].model.physical");
+            context.material = index as u32;
             physical::prepare_physical(m, inputs, context).map(PreparedMaterial::Physical)
         }
     }

@@ -1,7 +1,9 @@
 //! Preparation of all materials of a scene. The results are entries of common tables.
 
+use glam::DVec3;
 use raywright_bvh::{Occlusion, Real};
 
+use super::PreparedMedium;
 use super::context::PrepareContext;
 use super::error::{PrepareError, check_cancelled};
 use super::geometry::GeometryNeeds;
@@ -19,6 +21,9 @@ pub(super) struct MaterialSet<R: Real> {
     pub materials: Vec<PreparedMaterial<R>>,
     /// Layers of the materials that have layers.
     pub layers: Vec<LayeredInputs<R>>,
+    /// Media of bodies that scatter light, and the medium of the air.
+    pub media: Vec<PreparedMedium>,
+    pub air: Option<PreparedMedium>,
     /// Tables of the materials' inputs.
     pub texture_tables: InputTables<R>,
     /// Whether each material reads the texture coordinates of a surface.
@@ -42,6 +47,8 @@ impl<R: Real> MaterialSet<R> {
             .for_each(|&material| used[material as usize] = true);
         let mut material_context = MaterialContext {
             layers: Vec::new(),
+            media: Vec::new(),
+            material: 0,
             is_path_tracing: context.is_path_tracing,
             disabled_effects: settings.without,
             fresnel: settings.fresnel,
@@ -66,10 +73,18 @@ impl<R: Real> MaterialSet<R> {
                 .push(first..inputs.texture_tables.textures.len() as u32);
             reads_coordinates.push(inputs.dependencies.coordinates);
         }
+        inputs.path = "air".to_owned();
+        let air = scene.air.as_ref().filter(|_| context.is_path_tracing);
+        let air = air
+            .map(|medium| PreparedMedium::new(medium, None, &mut inputs, ""))
+            .transpose()?
+            .filter(|medium| medium.majorant != DVec3::ZERO);
         required_tables(&material_context.layers).compute_tables();
         Ok(Self {
             materials,
             layers: material_context.layers,
+            media: material_context.media,
+            air,
             texture_tables: inputs.texture_tables,
             reads_coordinates,
         })

@@ -14,6 +14,7 @@ mod light_leaks;
 mod lights;
 mod material;
 mod material_set;
+mod medium;
 mod openings;
 mod prepared_parts;
 mod prepared_scene;
@@ -55,6 +56,7 @@ pub(crate) use material::{
     SpecularInputs, TransmissionInputs, tinted_shadow_transmittance,
 };
 use material_set::MaterialSet;
+pub(crate) use medium::PreparedMedium;
 use prepared_parts::PreparedParts;
 pub(crate) use prepared_scene::PreparedScene;
 pub(crate) use prepared_scene::PreparedSpawnRule;

@@ -6,12 +6,13 @@ use super::context::PrepareContext;
 use super::geometry::BuiltGeometry;
 use super::material::PreparedMaterial;
 use super::material_set::MaterialSet;
+use super::medium::{PreparedAir, mark_unbounded_media};
 use super::prepared_scene::{PreparedClassicRules, PreparedScene};
 use super::studio::Backdrop;
 use super::tangents::CornerTangents;
 use crate::camera::PreparedCamera;
 use crate::effects::Effect;
-use crate::light::{Irradiance, Lights};
+use crate::light::{Irradiance, Lights, placed_lights};
 use crate::scene::{self, Scene};
 use crate::settings::{AreaShadows, Background, MicrofacetEnergy};
 
@@ -40,6 +41,20 @@ impl<R: Real> PreparedScene<R> {
         } else {
             Vec::new()
         };
+        let simulates_media = context.simulated.has(Effect::ScatteringMedia);
+        let mut media = materials.media;
+        mark_unbounded_media(
+            &mut media,
+            scene,
+            parts.built.objects.iter().map(|object| object.material),
+        );
+        let bounds = parts.built.geometry.bounded_primitives_box();
+        let air = materials
+            .air
+            .filter(|_| simulates_media)
+            .map(|medium| PreparedAir::new(medium, scene, &bounds, context.origin.origin));
+        let scatters = simulates_media && (air.is_some() || !media.is_empty());
+        let has_open_bodies = materials.materials.iter().any(PreparedMaterial::is_open);
         let has_thin_walls = materials
             .materials
             .iter()
@@ -59,9 +74,17 @@ impl<R: Real> PreparedScene<R> {
             collapsed_meshes: parts.built.collapsed_meshes,
             origin: context.origin,
             absorbs,
-            tracks_media: absorbs || !priorities.is_empty(),
+            tracks_media: absorbs || scatters || has_open_bodies || !priorities.is_empty(),
             transmits_straight: context.is_path_tracing
-                && (!priorities.is_empty() || has_thin_walls),
+                && (!priorities.is_empty() || has_thin_walls || has_open_bodies),
+            scatters,
+            equiangular_lamps: if scatters {
+                placed_lights(&parts.lights.delta)
+            } else {
+                Vec::new()
+            },
+            media,
+            air,
             priorities,
             tangents: parts.tangents,
             materials: materials.materials,

@@ -7,6 +7,7 @@ use raywright_bvh::{Geometry, Real, Vector};
 
 use super::geometry::ObjectRecord;
 use super::material::{LayeredInputs, PreparedMaterial};
+use super::medium::{PreparedAir, PreparedMedium};
 use super::studio::{Backdrop, StudioGround};
 use super::tangents::CornerTangents;
 use crate::camera::{PreparedCamera, RayCone};
@@ -101,6 +102,14 @@ pub(crate) struct PreparedScene<R: Real> {
     pub(crate) rules: PreparedClassicRules<R>,
     /// Whether any material absorbs light inside its body.
     pub(crate) absorbs: bool,
+    /// Whether any medium scatters light, or has a density that varies.
+    pub(crate) scatters: bool,
+    /// Media inside bodies.
+    pub(crate) media: Vec<PreparedMedium>,
+    /// Lamps without size that are sampled along segments in media; empty without media.
+    pub(crate) equiangular_lamps: Vec<(u32, DVec3)>,
+    /// The air; `None` if it is clear.
+    pub(crate) air: Option<PreparedAir>,
     /// Priority of each material's bodies. Where bodies overlap, light is in the body of the
     /// greatest priority. Empty if priorities are not simulated.
     pub(crate) priorities: Vec<u32>,
@@ -198,6 +207,7 @@ impl<R: Real> PreparedScene<R> {
         let tables = size_of_val(self.objects.as_slice())
             + size_of_val(self.materials.as_slice())
             + size_of_val(self.layers.as_slice())
+            + size_of_val(self.media.as_slice())
             + size_of_val(self.priorities.as_slice())
             + size_of_val(self.texture_tables.textures.as_slice())
             + size_of_val(self.texture_tables.material_textures.as_slice())

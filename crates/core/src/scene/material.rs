@@ -12,7 +12,7 @@ use super::input::{Colour, ColourInput, ScalarFactor, TextureRef, default_white}
 pub use layers::*;
 pub use mixture::Mixture;
 pub(crate) use physical::physical_fields;
-pub use physical::{AlphaMode, Physical};
+pub use physical::{AlphaMode, Boundary, Physical};
 
 /// A named material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -14,6 +14,7 @@ mod field;
 mod input;
 mod light;
 mod material;
+mod medium;
 mod mesh;
 mod model;
 mod object;
@@ -36,6 +37,7 @@ pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Studio, Sun};
 pub use material::*;
 #[doc(hidden)]
 pub use mesh::MOST_UV_SETS;
+pub use medium::{Medium, single_scattering_albedo};
 pub use mesh::{
     ColourSpace, Image, ImageData, Mesh, MeshData, MeshSource, ModelSelection, PixelData, Texture,
     TextureFilter, WrapMode,
@@ -101,6 +103,9 @@ pub struct Scene {
     /// The sky: radiance of rays that hit nothing. It also lights the scene. None: a black sky.
     #[serde(default)]
     pub sky: Option<Sky>,
+    /// The medium between the bodies, such as fog. None: clear air.
+    #[serde(default)]
+    pub air: Option<Medium>,
     /// Light sources besides the sky and emissive surfaces.
     #[serde(default)]
     pub lights: Vec<Light>,
@@ -166,6 +171,7 @@ impl Default for Scene {
             classic: ClassicRules::default(),
             cameras: Vec::new(),
             sky: None,
+            air: None,
             lights: Vec::new(),
             images: Vec::new(),
             textures: Vec::new(),

@@ -159,6 +159,26 @@ impl<R: Real> InputTables<R> {
         }
     }
 
+    /// Evaluates a program of the position alone at a point, such as the density of a medium.
+    pub fn eval_at_point(&self, program: u32, p: R::Vec3) -> f64 {
+        match &self.f64_programs {
+            None => {
+                let inputs = VariableValues {
+                    p,
+                    ..Default::default()
+                };
+                self.programs.eval_scalar(program, &inputs).to_f64()
+            }
+            Some(far) => {
+                let inputs = VariableValues {
+                    p: p.to_f64() + far.origin,
+                    ..Default::default()
+                };
+                far.programs.eval_scalar(program, &inputs)
+            }
+        }
+    }
+
     /// Prefetches the texels that the textures of the hit material will read, and stores their
     /// footprint in the interaction. Textures with expressions or mipmaps are skipped.
     #[inline(always)]
@@ -337,6 +357,14 @@ impl<R: Real> PreparedInput<R> {
         match *self {
             Self::Program(program) => context.run_program(program).x(),
             _ => self.eval_number(context),
+        }
+    }
+
+    /// Returns the number of a constant input; zero for any other input.
+    pub fn constant_number(&self) -> R {
+        match self {
+            Self::Constant(c) => c.x(),
+            _ => R::ZERO,
         }
     }
 

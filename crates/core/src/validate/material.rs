@@ -3,9 +3,9 @@
 use super::check::SceneCheck;
 use crate::expr::ExprScope;
 use crate::scene::{
-    AlphaMode, ClassicMaterial, Colour, ColourInput, ConstantValue, FieldBounds, FieldValue,
-    MOST_UV_SETS, MaterialFields, MaterialModel, Mixture, Physical, ScalarFactor, TextureRef,
-    TransmissionChoice,
+    AlphaMode, Boundary, ClassicMaterial, Colour, ColourInput, ConstantValue, FieldBounds,
+    FieldValue, MOST_UV_SETS, MaterialFields, MaterialModel, Medium, Mixture, Physical,
+    ScalarFactor, TextureRef, TransmissionChoice,
 };
 
 pub(super) fn check_material_model(check: &mut SceneCheck<'_>, model: &MaterialModel) {
@@ -121,12 +121,7 @@ fn check_traced_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
 }
 
 fn check_physical(check: &mut SceneCheck<'_>, material: &Physical) {
-    for field in material.fields() {
-        check.with_key(field, |check| {
-            check_varying_input(check, field.value);
-            check_field_bounds(check, field.value.constant_value(), field.bounds);
-        });
-    }
+    check_fields(check, material);
     if material.priority > 0 && material.thin_walled {
         check.with_key("priority", |check| {
             check.report_problem("a thin wall has no inside, so it cannot have a `priority`: remove `priority` or `thin_walled`")
@@ -134,6 +129,70 @@ fn check_physical(check: &mut SceneCheck<'_>, material: &Physical) {
     }
     if let AlphaMode::Mask { cutoff } = material.alpha {
         check.require_not_negative("alpha.mask.cutoff", cutoff);
+    }
+    check_body(check, material);
+}
+
+/// Checks the interior and the boundary of a body.
+fn check_body(check: &mut SceneCheck<'_>, material: &Physical) {
+    if material.boundary == Boundary::None {
+        check.with_key("boundary", |check| {
+            if material.thin_walled {
+                check.report_problem("a thin wall has no inside, so its `boundary` is its surface: remove `boundary` or `thin_walled`");
+            }
+            if material.active_emission().is_some() {
+                check.report_problem("a body without a surface emits no light: remove `boundary` or `emission`");
+            }
+        });
+    }
+    let Some(medium) = &material.interior else {
+        return;
+    };
+    check.with_key("interior", |check| {
+        check_medium(check, medium);
+        if medium.radius.is_some() {
+            check.with_key("radius", |check| {
+                check.report_problem("a body ends at its boundary; `radius` is a key of `air` alone: remove it")
+            });
+        }
+        if material.thin_walled {
+            check.report_problem("a thin wall has no inside, so it cannot have an `interior`: remove `interior` or `thin_walled`");
+        } else if !material.bounds_body() {
+            check.report_with_hint(
+                "light cannot enter the `interior` of an opaque surface",
+                "set `transmission` above 0, or `boundary = \"none\"` for a body without a surface",
+            );
+        }
+        if material.attenuation_distance.is_some() {
+            check.report_with_hint(
+                "a body has an `interior` or an `attenuation_distance`, not both",
+                "remove `attenuation_distance`, and give `absorption` in the `interior`",
+            );
+        }
+    });
+}
+
+/// Checks the rules of a medium that bounds of its fields do not state.
+pub(super) fn check_medium(check: &mut SceneCheck<'_>, medium: &Medium) {
+    if medium.colour.is_some() != medium.distance.is_some() {
+        check.report_problem("`colour` and `distance` (metres) describe a medium together: give both, or `absorption` and `scattering` per metre");
+    } else if medium.colour.is_some()
+        && [medium.absorption, medium.scattering] != [Colour::BLACK; 2]
+    {
+        check.report_problem("a medium has `colour` and `distance`, or `absorption` and `scattering`, not both: remove one pair");
+    }
+    check.with_key("density", |check| {
+        check_weight_factor(check, &medium.density, ExprScope::Medium)
+    });
+}
+
+/// Checks the inputs and the bounds of all fields of a material or a layer.
+pub(super) fn check_fields(check: &mut SceneCheck<'_>, owner: &dyn MaterialFields) {
+    for field in owner.fields() {
+        check.with_key(field, |check| {
+            check_varying_input(check, field.value);
+            check_field_bounds(check, field.value.constant_value(), field.bounds);
+        });
     }
 }
 

@@ -65,6 +65,12 @@ pub fn validate(scene: &Scene) -> Vec<Fault> {
     if let Some(sky) = &scene.sky {
         check.with_key("sky", |check| light::check_sky(check, sky));
     }
+    if let Some(air) = &scene.air {
+        check.with_key("air", |check| {
+            material::check_fields(check, air);
+            material::check_medium(check, air);
+        });
+    }
     check.check_each_element("lights", &scene.lights, light::check_light);
     check.check_names("images", &scene.images, |image| &image.name, true);
     check.check_each_element("images", &scene.images, mesh::check_image);

@@ -36,6 +36,7 @@ mod random_scenes;
 mod reflections;
 mod rungs;
 mod sampler;
+mod scattering;
 mod shadows;
 mod shut_away;
 mod skies;

@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{EffectFacts, MIRROR_ROUGHNESS, record_first_use};
 use crate::scene::{
-    AlphaMode, ClassicMaterial, ClassicRules, Colour, ColourInput, DepthLimit, FieldValue,
-    MaterialFields, MaterialModel, Physical, ScalarFactor, Scene, TextureFilter,
+    AlphaMode, Boundary, ClassicMaterial, ClassicRules, Colour, ColourInput, DepthLimit,
+    FieldValue, MaterialFields, MaterialModel, Medium, Physical, ScalarFactor, Scene,
+    TextureFilter,
 };
 
 impl EffectFacts {
@@ -136,6 +137,16 @@ impl EffectFacts {
         }
     }
 
+    /// Gathers the facts of a medium at a path of the scene file. A medium receives light as a
+    /// surface does.
+    pub(super) fn gather_medium(&mut self, medium: &Medium, path: &str) {
+        let is_clear = medium.coefficients() == [[0.0; 3]; 2];
+        for slot in [&mut self.medium, &mut self.lit_surface] {
+            record_first_use(slot, !is_clear, || path.to_owned());
+        }
+        self.gather_weight(&medium.density, || format!("{path}.density"));
+    }
+
     /// Gathers the facts of a physical material at a path of the scene file.
     fn gather_physical(&mut self, m: &Physical, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
@@ -154,6 +165,19 @@ impl EffectFacts {
         });
         record_first_use(&mut self.unlit_material, m.unlit, || at("unlit"));
         if m.unlit {
+            return;
+        }
+        record_first_use(&mut self.absorption, m.absorption().is_some(), || {
+            at(match &m.interior {
+                Some(_) => "interior",
+                None => "attenuation_distance",
+            })
+        });
+        if let Some(medium) = m.scattering_medium() {
+            self.gather_medium(medium, &at("interior"));
+        }
+        if m.boundary == Boundary::None {
+            record_first_use(&mut self.nested_body, m.has_priority(), || at("priority"));
             return;
         }
         let textured = m.metallic_roughness_texture.is_some();
@@ -183,9 +207,6 @@ impl EffectFacts {
         record_first_use(&mut self.refraction, clear, || at("transmission"));
         record_first_use(&mut self.rough_refraction, clear && !smooth, || {
             at("transmission")
-        });
-        record_first_use(&mut self.absorption, m.absorption().is_some(), || {
-            at("attenuation_distance")
         });
         record_first_use(&mut self.nested_body, m.has_priority() && plain, || {
             at("priority")

@@ -77,7 +77,11 @@ impl<R: Real> PathTracer<'_, R> {
     /// Returns the weighting of a sample of a light with the given density; `None` if only BSDF
     /// sampling finds the light.
     #[inline(always)]
-    fn mis_strategy(&self, light: LightId, density: LightDensity) -> Option<MisStrategy> {
+    pub(super) fn mis_strategy(
+        &self,
+        light: LightId,
+        density: LightDensity,
+    ) -> Option<MisStrategy> {
         Some(match (density, light) {
             (LightDensity::Delta, LightId::Delta(i)) => MisStrategy::Delta {
                 shines: self.scene.lights.delta[i as usize].specular,

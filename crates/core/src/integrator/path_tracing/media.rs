@@ -91,8 +91,9 @@ impl<R: Real> PathTracer<'_, R> {
             let material = &scene.materials[interaction.material as usize];
             let context = scene.texture_tables.shading_context(&interaction);
             let is_boundary = material.absorption().is_some()
-                || self.has_nested_dielectrics() && self.is_glass_boundary(interaction.material);
-            if is_boundary && material.alpha_at(&context) > R::ZERO {
+                || (self.has_nested_dielectrics() || scene.scatters)
+                    && self.is_glass_boundary(interaction.material);
+            if is_boundary && material.alpha_at(&context) > R::ZERO || material.is_open() {
                 if interaction.outside || entered.contains(interaction.material) {
                     entered = entered.cross_boundary(interaction.material, interaction.outside);
                 } else {

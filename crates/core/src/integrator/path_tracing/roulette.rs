@@ -9,7 +9,7 @@ use crate::settings::RouletteStart;
 /// Number of segments after which a path of any throughput may end. Without this limit, paths in a
 /// white room without absorption would never end. From here on a path has twenty more segments on
 /// average; the depth limit may end the path earlier.
-const FORCED_ROULETTE_SEGMENTS: u32 = 64;
+pub(super) const FORCED_ROULETTE_SEGMENTS: u32 = 64;
 
 /// Greatest probability of survival from [`FORCED_ROULETTE_SEGMENTS`] segments on.
 const FORCED_SURVIVAL: f64 = 0.95;
@@ -26,7 +26,7 @@ impl<R: Real> PathState<R> {
 /// Returns the upper limit on the survival probability after `traced` segments; infinite if Russian
 /// roulette does not apply yet.
 #[inline(always)]
-fn max_survival_after<R: Real>(traced: u32, roulette: RouletteStart) -> R {
+pub(super) fn max_survival_after<R: Real>(traced: u32, roulette: RouletteStart) -> R {
     // Before the fourth segment, roulette adds more noise than it saves time in most scenes.
     let first = match roulette {
         RouletteStart::Early => 1,

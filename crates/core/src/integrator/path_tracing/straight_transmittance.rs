@@ -66,14 +66,23 @@ impl<R: Real> PathTracer<'_, R> {
                 } else {
                     share
                 };
+                let distance = from.distance_to_target(&light.target);
                 return transmitted
-                    * self.media_transmittance(&media, from.distance_to_target(&light.target));
+                    * self.media_transmittance(&media, distance)
+                    * self.scattering_transmittance(
+                        path,
+                        &media,
+                        (from.surface.point, light.direction, distance),
+                    );
             };
             let interaction = Interaction::from_hit(self.scene, &segment, &hit);
-            share *= self.media_transmittance(
-                &media,
-                (interaction.surface.point - from.surface.point).length(),
-            );
+            let distance = (interaction.surface.point - from.surface.point).length();
+            share *= self.media_transmittance(&media, distance)
+                * self.scattering_transmittance(
+                    path,
+                    &media,
+                    (from.surface.point, light.direction, distance),
+                );
             let is_own = emitter.is_some()
                 && self
                     .scene
@@ -106,6 +115,9 @@ impl<R: Real> PathTracer<'_, R> {
                 media = beyond;
                 (Vector::ONE, false)
             } else {
+                if self.scene.materials[interaction.material as usize].is_open() {
+                    media = self.media_beyond_surface(&media, &interaction);
+                }
                 self.surface_transmittance(path, &segment, &hit, &interaction, sizeless)
             };
             segments += u32::from(counts);

@@ -117,6 +117,7 @@ impl<R: Real> PathTracer<'_, R> {
             && even
             && !scene.transmits_straight
             && !scene.absorbs
+            && !scene.scatters
             && matches!(scene.rules.spawn, PreparedSpawnRule::ErrorBound)
     }
 
@@ -124,7 +125,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// `scattered` is the light that the surface scatters without occlusion: transmitted if
     /// `through` is set, else reflected.
     #[inline(always)]
-    fn apply_visibility(
+    pub(super) fn apply_visibility(
         &mut self,
         path: &PathState<R>,
         interaction: &Interaction<R>,
@@ -168,6 +169,14 @@ impl<R: Real> PathTracer<'_, R> {
                     &media(),
                     interaction.distance_to_target(&light_sample.target),
                 );
+            }
+            if scene.scatters {
+                let (media, distance) = (
+                    media(),
+                    interaction.distance_to_target(&light_sample.target),
+                );
+                let segment = (interaction.surface.point, light_sample.direction, distance);
+                scattered *= self.scattering_transmittance(path, &media, segment);
             }
             if shadows {
                 let transmitted = self.light_visibility(&light_sample, interaction);

@@ -166,6 +166,9 @@ impl<R: Real> PathTracer<'_, R> {
         interaction: &Interaction<R>,
     ) -> Option<bool> {
         if self.is_absent(path, interaction) {
+            if self.scene.materials[interaction.material as usize].is_open() {
+                path.media = self.media_beyond_surface(&path.media, interaction);
+            }
             return Some(self.pass_through_surface(path, interaction));
         }
         if self.has_nested_dielectrics()

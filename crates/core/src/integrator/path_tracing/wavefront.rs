@@ -59,6 +59,13 @@ impl<R: Real> PathTracer<'_, R> {
             results.direct.resize(rays.rays.len(), Vector::ZERO);
         }
         loop {
+            if self.scene.scatters {
+                self.scatter_in_media(
+                    &mut wave.paths,
+                    (&mut wave.active, &mut wave.hits),
+                    &mut wave.escaped,
+                );
+            }
             self.end_escaped_paths(wave, &mut results.direct);
             if wave.active.is_empty() {
                 break;
@@ -151,7 +158,7 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Returns the closest hit of a path's ray.
     #[inline(always)]
-    fn intersect_path_ray(&self, path: &PathState<R>) -> Option<Hit<R>> {
+    pub(super) fn intersect_path_ray(&self, path: &PathState<R>) -> Option<Hit<R>> {
         let min = if path.segments_traced == 0 {
             self.min_distances.camera - path.segment.skipped_distance
         } else {

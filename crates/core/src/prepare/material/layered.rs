@@ -3,6 +3,7 @@
 
 use raywright_bvh::{Real, Vector};
 
+use super::super::PreparedMedium;
 use super::super::error::PrepareError;
 use super::super::inputs::InputCompiler;
 use super::prepare_optional;
@@ -70,6 +71,10 @@ pub(super) fn layers_need_tangents<R: Real>(layers: &LayeredInputs<R>) -> bool {
 pub(in crate::prepare) struct MaterialContext<R: Real> {
     /// Layers of the materials prepared so far. A prepared material holds an index into this list.
     pub layers: Vec<LayeredInputs<R>>,
+    /// Media of the materials prepared so far.
+    pub media: Vec<PreparedMedium>,
+    /// Index of the material that is prepared.
+    pub material: u32,
     /// Whether the integrator is the path tracer.
     pub is_path_tracing: bool,
     /// Effects that the user has disabled.

@@ -4,11 +4,12 @@ use raywright_bvh::{Real, Vector};
 
 use super::super::error::PrepareError;
 use super::super::inputs::InputCompiler;
+use super::super::medium::{MOST_ATTENUATION, PreparedMedium};
 use super::layered::{MaterialContext, prepare_layers};
 use super::prepare_optional;
 use crate::effects::Effect;
 use crate::material::MetallicRoughness;
-use crate::scene::{AlphaMode, Channel, Physical as PhysicalData};
+use crate::scene::{AlphaMode, Boundary, Channel, Physical as PhysicalData};
 use crate::texture::{InputProduct, NormalMapInput, PreparedInput};
 
 /// Inputs of a physical material, the metallic-roughness model.
@@ -23,6 +24,10 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub transmission: Option<PhysicalTransmission<R>>,
     /// Absorption coefficient of the inside per metre; `None` without absorption.
     pub absorption: Option<R::Vec3>,
+    /// Index of the medium inside; `None` if the inside scatters nothing.
+    pub medium: Option<u32>,
+    /// Whether the body has no surface. The material's alpha is then zero.
+    pub is_open: bool,
     /// Emitted radiance; `None` without emission.
     pub emission: Option<InputProduct<R>>,
     pub alpha: AlphaMode,
@@ -114,10 +119,6 @@ impl<R: Real> PhysicalInputs<R> {
     }
 }
 
-/// Greatest absorption coefficient per metre, which stands for a black attenuation colour: it
-/// absorbs practically all light and fits an `f32`.
-const MOST_ABSORPTION: f64 = 1e30;
-
 /// Prepares a physical material. Its layers are added to the list of the context.
 ///
 /// # Errors
@@ -152,7 +153,21 @@ pub(super) fn prepare_physical<R: Real>(
     let specular = m
         .constant_specular_factor()
         .filter(|_| context.is_path_tracing && layers.is_none());
-    let is_opaque = m.alpha == AlphaMode::Opaque && transmission.is_none() && !m.unlit;
+    let medium = prepare_optional(
+        m.scattering_medium().filter(|_| context.is_path_tracing),
+        |medium| {
+            let body = PreparedMedium::new(medium, Some(context.material), inputs, "interior.")?;
+            context.media.push(body);
+            Ok(context.media.len() as u32 - 1)
+        },
+    )?;
+    let is_open = m.boundary == Boundary::None;
+    let alpha = if is_open {
+        AlphaMode::Mask { cutoff: 2.0 }
+    } else {
+        m.alpha
+    };
+    let is_opaque = alpha == AlphaMode::Opaque && transmission.is_none() && !m.unlit;
     let physical = PhysicalInputs {
         is_common: is_opaque && layers.is_none() && !inputs.dependencies.expressions,
         layers,
@@ -168,11 +183,13 @@ pub(super) fn prepare_physical<R: Real>(
         roughness,
         index,
         transmission,
-        absorption: m
-            .absorption()
-            .map(|absorption| R::Vec3::from_f64(absorption.map(|a| a.min(MOST_ABSORPTION)).into())),
+        absorption: m.absorption().map(|absorption| {
+            R::Vec3::from_f64(absorption.map(|a| a.min(MOST_ATTENUATION)).into())
+        }),
+        medium,
+        is_open,
         emission,
-        alpha: m.alpha,
+        alpha,
         opacity,
         unlit: m.unlit,
         mirrors: !context.disabled_effects.has(Effect::MirrorReflection),

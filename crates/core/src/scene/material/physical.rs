@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::super::Medium;
 use super::super::field::FieldBounds::{Any, Finite, Length, Range};
 use super::super::field::{
     FieldBounds, FieldValue, MaterialField, MaterialFields, fields, file_struct,
@@ -54,6 +55,11 @@ macro_rules! physical_fields {
             /// Distance in metres after which white light inside the body has the
             /// `attenuation_colour`, above zero. None: no absorption.
             attenuation_distance: Option<f64> = None, Length, Absorption;
+            /// Medium inside the body, which scatters and absorbs light; in place of
+            /// `attenuation_colour` and `attenuation_distance`.
+            interior: Option<Medium> = None, Any, ScatteringMedia;
+            /// Boundary of the body: its surface, or none for a cloud.
+            boundary: Boundary = Boundary::Surface, Any;
             /// Whether the surface is a thin wall, which has no inside and does not refract.
             /// Otherwise the surface bounds a solid body.
             thin_walled: bool = false, Any, ThinWalls;
@@ -105,23 +111,40 @@ pub(crate) use physical_fields;
 physical_fields!(file_struct);
 
 impl FieldValue for AlphaMode {}
+impl FieldValue for Boundary {}
 
 impl Physical {
     /// Least and greatest index of refraction.
     pub const IOR: [f64; 2] = IOR;
 
-    /// Returns the absorption coefficient per metre of transmitted light, or `None` without
-    /// absorption.
+    /// Whether light can enter the body that the surface bounds.
+    pub fn bounds_body(&self) -> bool {
+        (self.may_transmit() || self.may_transmit_diffusely() || self.boundary == Boundary::None)
+            && !self.thin_walled
+    }
+
+    /// Returns the coefficient per metre of `attenuation_colour` after `attenuation_distance`.
+    pub fn attenuation(&self) -> Option<[f64; 3]> {
+        let distance = self.attenuation_distance?;
+        let of_channel = |colour: f64| -libm::log(colour) / distance;
+        Some(self.attenuation_colour.0.map(of_channel))
+    }
+
+    /// Returns the absorption coefficient per metre inside a body that scatters nothing, or `None`
+    /// without absorption.
     pub fn absorption(&self) -> Option<[f64; 3]> {
-        let body = (self.may_transmit() || self.may_transmit_diffusely()) && !self.thin_walled;
-        let distance = self
-            .attenuation_distance
-            .filter(|_| body && self.attenuation_colour != Colour([1.0; 3]))?;
-        Some(
-            self.attenuation_colour
-                .0
-                .map(|colour| -libm::log(colour) / distance),
-        )
+        let absorption = match &self.interior {
+            Some(medium) => medium.even_absorption()?,
+            None => self.attenuation()?,
+        };
+        Some(absorption).filter(|&a| self.bounds_body() && a != [0.0; 3])
+    }
+
+    /// Returns the medium inside the body if it scatters light or its density varies.
+    pub fn scattering_medium(&self) -> Option<&Medium> {
+        self.interior
+            .as_ref()
+            .filter(|medium| self.bounds_body() && medium.even_absorption().is_none())
     }
 
     /// Returns the normal map, or `None` if it has no effect on shading.
@@ -144,7 +167,8 @@ impl Physical {
 
     /// Whether the material bounds a transmissive body with a priority above zero.
     pub fn has_priority(&self) -> bool {
-        self.priority > 0 && self.may_transmit() && !self.thin_walled
+        let is_boundary = self.may_transmit() || self.boundary == Boundary::None;
+        self.priority > 0 && is_boundary && !self.thin_walled
     }
 
     /// Whether the material may transmit light diffusely.
@@ -223,6 +247,18 @@ impl Physical {
         };
         self.active_normal_map().or_else(coat).or_else(anisotropy)
     }
+}
+
+/// Boundary of a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Boundary {
+    /// A surface, which reflects and refracts.
+    #[default]
+    Surface,
+    /// No surface: the body is its interior alone, as a cloud.
+    None,
 }
 
 /// Meaning of the base colour's alpha.

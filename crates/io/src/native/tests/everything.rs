@@ -16,7 +16,7 @@ pub(super) const EVERYTHING: &str = include_str!("everything.scene.toml");
 /// Keys and words that exclude others in the scene above.
 const ALTERNATIVES: &str = "constant = expression = map = { image = rotation = strength = } studio = backdrop = ground = file = blend opaque blinn \
     blinn_reflected grazing error_bound first_in_order drop scene = time = corners whitted path none aces aces-hill khronos-neutral 2.2 bilinear mipmaps \
-    repeat both culled split normal gaussian blackman-harris tent contain stretch";
+    repeat both culled split normal gaussian blackman-harris tent contain stretch surface";
 
 /// Protects: the scene with every key is valid.
 #[test]

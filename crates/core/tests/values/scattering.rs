@@ -1,0 +1,388 @@
+//! Light that scatters on its way: bodies and air against closed forms. Beer's law, furnaces,
+//! Chandrasekhar's H functions, the airlight of a lamp, and densities by formula.
+
+use core::f64::consts::{PI, TAU};
+
+use raywright_core::Settings;
+use raywright_core::scene::Scene;
+use raywright_core::settings::PrecisionChoice;
+use serde_json::{Value, json};
+
+use crate::paths::{expect_pixels, lamp, mean_radiance, paths};
+use crate::support::{EyeAndTarget, ball, physical, render_scene, scene};
+
+/// Tolerance in standard errors.
+const ERRORS: f64 = 4.0;
+
+/// A body with a medium inside, and further terms of its material.
+fn body(name: &str, medium: Value, terms: Value) -> Value {
+    let mut model = json!({ "interior": medium, "transmission": 1, "roughness": 0 });
+    let all = model.as_object_mut().expect("a table");
+    all.extend(terms.as_object().expect("a table").clone());
+    json!({ "name": name, "model": physical(model) })
+}
+
+/// The terms of a body without a surface.
+fn open() -> Value {
+    json!({ "boundary": "none", "transmission": 0 })
+}
+
+/// Settings for paths that chance alone ends.
+fn endless(scene: &Scene, view: EyeAndTarget) -> Settings {
+    Settings {
+        size: [48; 2],
+        ..paths(scene, view, Settings::UNLIMITED)
+    }
+}
+
+/// Asserts a radiance within four standard errors and a relative error, and a standard error below
+/// one per cent.
+#[track_caller]
+fn expect_mean(scene: &Scene, settings: &Settings, expected: [f64; 3], off: f64, label: &str) {
+    let (found, error) = mean_radiance(scene, settings);
+    for k in 0..3 {
+        let most = ERRORS * error[k] + off * expected[k] + 1e-6;
+        assert!(
+            (found[k] - expected[k]).abs() <= most && error[k] <= 0.01 * expected[k] + 1e-6,
+            "{label}: {found:?} instead of {expected:?}, errors {error:?}"
+        );
+    }
+}
+
+/// A view onto the centre from outside a ball of radius one.
+const ONTO: EyeAndTarget = [[0.3, 0.5, 3.0], [0.2, 0.1, 0.0]];
+
+fn furnace(medium: Value, terms: Value) -> Scene {
+    scene(
+        json!({ "sky": { "constant": 1 }, "materials": [body("body", medium, terms)],
+        "objects": [ball([0.0; 3], 1.0, "body")] }),
+    )
+}
+
+/// Protects: a body that absorbs nothing returns all light, whatever its phase function, boundary
+/// and thickness. One channel alone may scatter.
+#[test]
+fn bodies_without_absorption_keep_all_light() {
+    let clear = json!({ "ior": 1.5 });
+    for (scattering, anisotropy, terms) in [
+        (json!([0.01, 1, 5]), 0.0, open()),
+        (json!(2), -0.9, open()),
+        (json!([0, 30, 0]), 0.999, open()),
+        (json!([1e-9, 3, 1e3]), 0.9, open()),
+        (json!(50), 0.6, clear.clone()),
+        (json!([3, 0, 8]), -0.5, clear),
+        (json!(5), 0.3, json!({ "ior": 1, "roughness": 0 })),
+    ] {
+        let label = format!("{scattering}, {anisotropy}, {terms}");
+        let medium = json!({ "scattering": scattering, "anisotropy": anisotropy });
+        let found = furnace(medium, terms);
+        let settings = Settings {
+            size: [12; 2],
+            ..endless(&found, ONTO)
+        };
+        expect_mean(&found, &settings, [1.0; 3], 2e-3, &label);
+    }
+}
+
+/// Protects: a body a thousand mean free paths thick loses no path: neither at its boundary, where
+/// steps are as short as rounding allows, nor on the way.
+#[test]
+fn a_thousand_mean_free_paths() {
+    for (scattering, size, terms) in [(500, 4, open()), (500, 8, json!({ "ior": 1.3 }))] {
+        let found = furnace(json!({ "scattering": scattering }), terms);
+        let settings = Settings {
+            size: [size; 2],
+            ..endless(&found, ONTO)
+        };
+        let output = render_scene(&found, &settings);
+        assert_eq!((output.counters.dropped, output.counters.cut_short), (0, 0));
+        expect_mean(&found, &settings, [1.0; 3], 2e-3, "thick");
+    }
+}
+
+/// Chandrasekhar's H function of isotropic scattering, by iteration of its integral equation
+/// ("Radiative Transfer", Chandrasekhar 1950): 1/H(μ) = √(1−ω) + ω/2 ∫ μ' H(μ')/(μ+μ') dμ'.
+fn h_function(albedo: f64) -> impl Fn(f64) -> f64 {
+    const N: usize = 2000;
+    let at = |i: usize| (i as f64 + 0.5) / N as f64;
+    let mut h = vec![1.0; N];
+    let inverse = move |h: &[f64], mu: f64| {
+        let sum: f64 = (0..N).map(|i| at(i) * h[i] / (mu + at(i))).sum();
+        (1.0 - albedo).sqrt() + 0.5 * albedo * sum / N as f64
+    };
+    for _ in 0..60 {
+        let next: Vec<f64> = (0..N).map(|i| 1.0 / inverse(&h, at(i))).collect();
+        // The mean of two iterates converges for an albedo of one too.
+        h.iter_mut()
+            .zip(next)
+            .for_each(|(h, n)| *h = 0.5 * (*h + n));
+    }
+    move |mu| 1.0 / inverse(&h, mu)
+}
+
+/// Protects: an endless half-space that scatters evenly reflects by Chandrasekhar's H functions:
+/// light of a sky, 1 − √(1−ω) H(μ), and of a sun, ω/(4π) · μ₀/(μ+μ₀) · H(μ) H(μ₀).
+#[test]
+fn half_spaces_reflect_by_h_functions() {
+    let space = |sigma: [f64; 3], light: Value| {
+        let scattering = sigma.map(|albedo| 3.0 * albedo);
+        let absorption = sigma.map(|albedo| 3.0 * (1.0 - albedo));
+        let mut parts = light;
+        parts["materials"] = json!([body(
+            "fog",
+            json!({ "scattering": scattering, "absorption": absorption }),
+            open()
+        )]);
+        parts["objects"] = json!([{ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "fog" }]);
+        scene(parts)
+    };
+    let albedos = [0.2, 0.8, 0.999];
+    let h = albedos.map(h_function);
+    for mu in [1.0, 0.5, 0.2_f64] {
+        let across = (1.0 - mu * mu).sqrt();
+        let view: EyeAndTarget = [[across, mu, 1e-3], [0.0; 3]];
+        let found = space(albedos, json!({ "sky": { "constant": 1 } }));
+        let expected = core::array::from_fn(|k| 1.0 - (1.0 - albedos[k]).sqrt() * h[k](mu));
+        expect_mean(
+            &found,
+            &endless(&found, view),
+            expected,
+            3e-3,
+            &format!("sky at {mu}"),
+        );
+        let mu0 = 0.6;
+        let found = space(
+            albedos,
+            json!({ "lights": [crate::support::sun([-0.8, mu0, 0.0])] }),
+        );
+        let expected = core::array::from_fn(|k| {
+            albedos[k] / (4.0 * PI) * mu0 / (mu + mu0) * h[k](mu) * h[k](mu0)
+        });
+        expect_mean(
+            &found,
+            &endless(&found, view),
+            expected,
+            3e-3,
+            &format!("sun at {mu}"),
+        );
+    }
+}
+
+/// Protects: light that crosses a scattering slab unscattered follows Beer's law in each channel,
+/// and slabs that only absorb do so exactly, nested ones too.
+#[test]
+fn unscattered_light_follows_beers_law() {
+    let lit = |materials: Value, objects: &[Value]| {
+        let plate = json!({ "shape": { "quad": { "corner": [-9, -1, -9], "edge_u": [18, 0, 0], "edge_v": [0, 0, 18] } }, "material": "lamp" });
+        let objects = [&[plate], objects].concat();
+        scene(json!({ "materials": materials, "objects": objects }))
+    };
+    let slab = |min: f64, max: f64, name: &str| json!({ "shape": { "box": { "min": [-9, min, -9], "max": [9, max, 9] } }, "material": name });
+    let down: EyeAndTarget = [[0.3, 5.0, 0.2], [0.3, 0.0, 0.2]];
+    let left = |rates: [f64; 3]| rates.map(|rate| 3.0 * (-rate).exp());
+    let fog = json!({ "scattering": [0.1, 0.5, 2], "absorption": [0.2, 0.1, 0] });
+    let found = lit(
+        json!([lamp(3.0), body("fog", fog, open())]),
+        &[slab(0.0, 0.8, "fog")],
+    );
+    let first = Settings {
+        max_depth: 1,
+        ..endless(&found, down)
+    };
+    expect_mean(&found, &first, left([0.24, 0.48, 1.6]), 2e-3, "one slab");
+    let tint = |rates: [f64; 3], terms: Value| json!([{ "absorption": rates }, terms]);
+    let [red, blue] = [tint([0.5, 1.0, 2.0], open()), tint([3.0, 1.0, 0.0], open())];
+    let materials = json!([
+        lamp(3.0),
+        body("red", red[0].clone(), red[1].clone()),
+        body("blue", blue[0].clone(), blue[1].clone())
+    ]);
+    let found = lit(materials, &[slab(0.0, 1.0, "red"), slab(0.4, 0.7, "blue")]);
+    expect_pixels(
+        &found,
+        down,
+        1,
+        left([0.35 + 0.9, 0.7 + 0.3, 1.4]),
+        "nested",
+    );
+}
+
+/// Protects: the light that thin air scatters from a lamp into a ray, against the airlight integral
+/// ∫ σ p(θ) I/r² e^(−σ(t+r)) dt by quadrature, for air that scatters forwards or backwards. The air
+/// absorbs nearly all, so that no light scatters twice.
+#[test]
+fn a_lamp_in_thin_air() {
+    const STEPS: u32 = 200_000;
+    let (rate, albedo, near, reach) = (0.25, 1e-3, 1.5_f64, 12.0);
+    for g in [0.0, 0.7, -0.6_f64] {
+        let air = json!({ "scattering": rate * albedo, "absorption": rate * (1.0 - albedo), "anisotropy": g, "radius": 1000 });
+        let found = scene(json!({
+            "air": air,
+            "lights": [{ "kind": { "point": { "position": [0, near, 0] } }, "colour": 1000 }],
+            "materials": [{ "name": "wall", "model": { "classic": { "colour": 0 } } }],
+            "objects": [{ "shape": { "box": { "min": [0.5 * reach, -1, -1], "max": [reach, 1, 1] } }, "material": "wall" }],
+        }));
+        let view: EyeAndTarget = [[-0.5 * reach, 0.0, 0.0], [0.0; 3]];
+        let step = reach / f64::from(STEPS);
+        let light = |i: u32| {
+            let t = (f64::from(i) + 0.5) * step;
+            let along = t - 0.5 * reach;
+            let r = near.hypot(along);
+            // Of the directions from the lamp to the point, and from the point to the eye.
+            let cos = -along / r;
+            let phase = (1.0 - g * g) / (2.0 * TAU * (1.0 + g * g - 2.0 * g * cos).powf(1.5));
+            rate * albedo * phase * 1000.0 / (r * r) * (-rate * (t + r)).exp()
+        };
+        let expected = (0..STEPS).map(light).sum::<f64>() * step;
+        let settings = Settings {
+            size: [64; 2],
+            ..endless(&found, view)
+        };
+        expect_mean(&found, &settings, [expected; 3], 3e-3, &format!("g = {g}"));
+    }
+}
+
+/// Protects: a formula equal to a constant makes the same medium, with a maximum above it too; and
+/// air that thins out with height has its closed transmittance, whether it absorbs or scatters.
+#[test]
+fn densities_by_formula() {
+    let cloud = |density: Value, most: f64| {
+        let medium = json!({ "scattering": [1, 2, 4], "absorption": [0.2, 0.1, 0], "anisotropy": 0.4, "density": density, "max_density": most });
+        scene(
+            json!({ "sky": { "constant": 1 }, "materials": [body("cloud", medium, open())], "objects": [ball([0.0; 3], 1.0, "cloud")] }),
+        )
+    };
+    let even = cloud(json!(0.5), 1.0);
+    let (expected, error) = mean_radiance(&even, &endless(&even, ONTO));
+    for most in [0.5, 2.0] {
+        let found = cloud(json!("p.y > -9 ? 0.5 : 0"), most);
+        let off = ERRORS * error.into_iter().fold(0.0, f64::max);
+        expect_mean(
+            &found,
+            &endless(&found, ONTO),
+            expected,
+            off,
+            &format!("below {most}"),
+        );
+    }
+    for (absorption, scattering) in [(0.6, 0.0), (0.1, 0.5)] {
+        let air = json!({ "absorption": absorption, "scattering": scattering, "density": "exp(-0.5*p.y)", "radius": 60 });
+        let found = scene(json!({ "air": air, "sky": { "constant": 1 },
+            "materials": [{ "name": "wall", "model": { "classic": { "colour": 0 } } }], "objects": [ball([0.0, -1.5, 0.0], 0.5, "wall")] }));
+        let view: EyeAndTarget = [[0.0, 0.5, 0.0], [3.0, 2.5, 0.0]];
+        let rise = 2.0 / 13.0_f64.sqrt();
+        let depth = 0.6 * (-0.25_f64).exp() / (0.5 * rise);
+        let settings = Settings {
+            max_depth: 1,
+            ..endless(&found, view)
+        };
+        expect_mean(&found, &settings, [(-depth).exp(); 3], 1e-3, "height");
+        assert_eq!(render_scene(&found, &settings).counters.excess.count, 0);
+    }
+}
+
+/// Protects: a density above its stated maximum is counted, with its place and its owner.
+#[test]
+fn a_density_above_its_maximum_is_counted() {
+    let medium = json!({ "scattering": 3, "density": "p.y > 0 ? 2 : 0.5", "max_density": 1 });
+    let found = furnace(medium, open());
+    let excess = render_scene(&found, &endless(&found, ONTO)).counters.excess;
+    assert!(excess.count > 1000, "{excess:?}");
+    assert_eq!(excess.owner(), "materials[0].model.physical.interior");
+    assert_eq!(excess.ratio(), 2.0);
+    let [x, y, z] = excess.point();
+    assert!(y > 0.0 && x.hypot(y).hypot(z) <= 1.0 + 1e-6, "{excess:?}");
+}
+
+/// Protects: whatever the media, no sample is lost and both precisions agree: none, tiny, huge, one
+/// channel alone, nested, overlapping, around the camera, moving, in fog.
+#[test]
+fn families_of_media_lose_no_sample() {
+    let inside: EyeAndTarget = [[0.1, 0.2, 0.1], [0.4, 0.1, 1.0]];
+    let soft = json!({ "scattering": [0, 4, 0], "absorption": [0.5, 0, 0], "anisotropy": 0.8 });
+    let milk = json!({ "colour": [0.9, 0.8, 0.7], "distance": 0.1 });
+    let glass = json!({ "ior": 1.4, "priority": 1 });
+    let rough = json!({ "ior": 1.4, "roughness": 0.4 });
+    for (label, air, first, second, view) in [
+        (
+            "none",
+            json!({}),
+            (json!({}), open()),
+            (json!({}), open()),
+            ONTO,
+        ),
+        (
+            "tiny",
+            json!({ "scattering": 1e-9 }),
+            (json!({ "scattering": 1e-9 }), open()),
+            (soft.clone(), glass.clone()),
+            ONTO,
+        ),
+        (
+            "huge",
+            json!({}),
+            (json!({ "scattering": 1e9, "absorption": 1e9 }), open()),
+            (
+                json!({ "scattering": 1e7, "absorption": 1e7 }),
+                rough.clone(),
+            ),
+            ONTO,
+        ),
+        (
+            "nested",
+            json!({ "scattering": 0.02 }),
+            (milk.clone(), glass.clone()),
+            (soft.clone(), json!({ "ior": 1.1, "priority": 2 })),
+            ONTO,
+        ),
+        (
+            "inside",
+            json!({ "scattering": 0.1 }),
+            (milk.clone(), open()),
+            (soft, rough),
+            inside,
+        ),
+        (
+            "formula",
+            json!({ "scattering": 0.3, "density": "exp(-p.y)", "max_density": 60, "radius": 3.5 }),
+            (
+                json!({ "scattering": 9, "density": "noise(3*p) > 0 ? 1 : 0" }),
+                open(),
+            ),
+            (milk, glass),
+            ONTO,
+        ),
+    ] {
+        let moving = json!({ "shape": { "sphere": { "centre": [0.2, 0, 0.1], "radius": 0.5 } }, "material": "b",
+            "transform_end": [{ "translate": [0.2, 0, 0] }] });
+        let found = scene(json!({
+            "air": air, "sky": { "constant": [0.5, 0.7, 1] },
+            "lights": [{ "kind": { "point": { "position": [2, 3, 2] } }, "colour": 5 }, crate::support::sun([0.2, 1.0, 0.1])],
+            "materials": [body("a", first.0, first.1), body("b", second.0, second.1), lamp(4.0)],
+            "objects": [ball([0.0; 3], 1.0, "a"), moving, ball([0.9, 0.3, 0.2], 0.4, "a"), ball([-2.0, 2.0, 0.0], 0.3, "lamp")],
+        }));
+        let each = [PrecisionChoice::Robust, PrecisionChoice::Reference].map(|precision| {
+            let settings = Settings {
+                precision,
+                size: [12; 2],
+                ..endless(&found, view)
+            };
+            let counters = render_scene(&found, &settings).counters;
+            assert_eq!(
+                (counters.dropped, counters.cut_short, counters.excess.count),
+                (0, 0, 0),
+                "{label}, {precision:?}"
+            );
+            mean_radiance(&found, &settings)
+        });
+        let [(robust, error), (reference, other)] = each;
+        // Steps of a nanometre are below what single precision resolves.
+        for k in (0..3).filter(|_| label != "huge") {
+            let most = ERRORS * error[k].hypot(other[k]) + 2e-3 * reference[k];
+            assert!(
+                (robust[k] - reference[k]).abs() <= most,
+                "{label}: {robust:?} beside {reference:?}, errors {error:?}"
+            );
+        }
+    }
+}
