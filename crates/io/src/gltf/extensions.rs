@@ -188,6 +188,13 @@ pub(super) static MATERIAL_OBJECTS: &[MaterialObject] = material_objects! {
             |out, distance| out.attenuation_distance = Some(distance).filter(|d| *d <= MAX_COORDINATE)
         ];
     }
+    // A draft: scattering in the body of KHR_materials_volume.
+    "KHR_materials_volume_scatter" f64 {
+        "multiscatterColor": Color(0.0, UNIT)[|out, colour| {
+            out.interior.get_or_insert_default().colour = Some(colour);
+        }];
+        "scatterAnisotropy": Number(0.0, [-0.999, 0.999])[interior.anisotropy];
+    }
     GLOSSY f32 {
         "diffuseFactor": ColorAlpha()[base_colour][opacity];
         "diffuseTexture": Map(Color)[base_colour_texture];

@@ -9,8 +9,10 @@ use std::collections::{BTreeMap, HashMap};
 
 use raywright_core::scene::{
     AlphaMode, Colour, ColourSpace, Image, ImageData, Material, MaterialFields, MaterialModel,
-    Physical, PixelData, Texture, TextureRef, UnsupportedProperty,
+    Medium, Physical, PixelData, Texture, TextureRef, UnsupportedProperty,
+    single_scattering_albedo,
 };
+use raywright_core::validate::MAX_MAGNITUDE;
 
 use super::buffers::find_entry;
 use super::entries::MaterialEntry as Source;
@@ -128,6 +130,7 @@ impl GltfImport<'_> {
             }
         }
         out.thin_walled &= out.may_transmit() || out.may_transmit_diffusely();
+        resolve_volume_scatter(&mut out);
         Ok(out)
     }
 
@@ -350,4 +353,28 @@ fn roughness_from_glossiness(glossy: &ImageData, factor: f64) -> ImageData {
         height: glossy.height,
         pixels: PixelData::Codes(pixels),
     }
+}
+
+/// Converts the colour of multiple scattering to coefficients: the attenuation of
+/// KHR_materials_volume is that of absorption and scattering together. Without a body or without
+/// attenuation nothing scatters.
+fn resolve_volume_scatter(out: &mut Physical) {
+    let Some(medium) = out.interior.take() else {
+        return;
+    };
+    let attenuation = out.attenuation().filter(|_| out.bounds_body());
+    let Some((colour, attenuation)) = medium.colour.zip(attenuation) else {
+        return;
+    };
+    let attenuation = attenuation.map(|a| a.clamp(0.0, MAX_MAGNITUDE));
+    let albedo = colour
+        .0
+        .map(|c| single_scattering_albedo(c, medium.anisotropy));
+    out.attenuation_distance = None;
+    out.interior = Some(Medium {
+        absorption: Colour(core::array::from_fn(|k| attenuation[k] * (1.0 - albedo[k]))),
+        scattering: Colour(core::array::from_fn(|k| attenuation[k] * albedo[k])),
+        colour: None,
+        ..medium
+    });
 }
