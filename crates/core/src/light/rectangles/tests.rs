@@ -167,7 +167,7 @@ fn points_have_the_density_by_which_hits_are_weighed() {
         }
         assert!(
             seen.iter().filter(|&&n| n > 50).count() == count as usize,
-            "{seen:?}"
+            "{count} lamps at {scale}, {shift}: {seen:?}"
         );
         assert!(dark > 500 && by_area > 500, "{dark} {by_area}");
     }

@@ -15,6 +15,14 @@ material = "m"
 shape.sphere = { centre = [0, "sped * t", 0], radius = 1 }
 "#,
         r#"
+error: unknown material `m`
+ --> x.scene.toml:5:12
+  |
+5 | material = "m"
+  |            ^^^
+  |
+  = help: the scene has no material
+
 error: in the expression of `centre[1]`: unknown name `sped`
  --> x.scene.toml:6:32
   |
@@ -142,6 +150,14 @@ material = "m"
 shape.sphere = { centre = [0, 0, 0], radius = "u" }
 "#,
         r#"
+error: unknown material `m`
+ --> x.scene.toml:3:12
+  |
+3 | material = "m"
+  |            ^^^
+  |
+  = help: the scene has no material
+
 error: in the expression of `radius`: `u` does not exist in a number of the scene, which is evaluated once while loading
  --> x.scene.toml:4:48
   |

@@ -445,7 +445,7 @@ material = "broken"
         "unknown key `metalness`: did you mean `metallic`?",
         "unknown key `base_color`: did you mean `base_colour`?",
         "`roughness` must be from 0 to 1, not 3: ",
-        "unknown name `iTime`: did you mean `t`?",
+        "in the expression of `base_colour`: unknown name `iTime`: did you mean `t`?",
         "`model` cannot be `principled`: did you mean `physical`?",
         "`kind` cannot be `sun`: did you mean `directional`?",
         "`sphere`: missing key `centre`: for example `centre = [0, 1, 0]`",
