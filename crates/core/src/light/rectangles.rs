@@ -1,30 +1,19 @@
 //! Rectangular lamps, at most eight, as tables that SIMD lanes look up: each lane samples the lamp that
 //! it chose. The computations are in `f32`. With U = 2⁻²⁴, the density of a point has a relative error of
 //! at most 64 U, and 8 U times the ratio of distance and coordinates to the height above the lamp's
-//! plane. The point's distance from its lamp is at most 4 U times the lamp's greatest coordinate and 2 U
-//! times its longest edge.
+//! plane. Shadow rays end at the exact place in f64, as those to other lamps do: a cover of a lamp may be as
+//! near to it.
 
 use core::f32::consts::FRAC_1_PI;
 use core::ops::Range;
 
 use glam::DVec3;
-use raywright_bvh::{LaneAngles, LaneFloats, LaneVector, Real, SIMD_WIDTH};
+use raywright_bvh::{LaneAngles, LaneFloats, LaneVector, Real, SIMD_WIDTH, Surface, SurfacePoint};
 
 use super::polygon::LEAST;
 use super::tree::LightNode;
 use super::{LightId, Lights};
 
-/// Distance of a shadow ray's end from its lamp, per unit of the lamp's greatest coordinate: four units of
-/// rounding. Coordinates along the lamp may be wrong; a point leaves its plane by the rounding of the
-/// corner, of two products and of two sums alone. An end as far as the padding of the lamp's box would
-/// save the test of the lamp, but lose a cover a millionth before it.
-const END_BY_COORDINATE: f64 = 1.0 / (1 << 22) as f64;
-/// Distance of a shadow ray's end from its lamp, per unit of the lamp's longest edge: two units, of both
-/// unit vectors along the edges.
-const END_BY_EDGE: f64 = 1.0 / (1 << 23) as f64;
-/// Distance of a shadow ray's end from its lamp, per unit of the ray's length: four units, of direction
-/// and length.
-const END_BY_DISTANCE: f32 = 1.0 / (1 << 22) as f32;
 /// Greatest deviation of a lamp from a rectangle, per unit of its edges.
 const SKEW: f64 = 1e-6;
 /// Least and greatest length of an edge in metres: no product of three lengths leaves the range of
@@ -75,10 +64,21 @@ pub(crate) struct RectangleLamps {
     /// Unit normal of the emitting side.
     normal: [LampColumn; 3],
     radiance: [LampColumn; 3],
-    /// Distance of a shadow ray's end from the lamp, without the part by the ray's length.
-    end_distance: LampColumn,
+    /// The lamps in f64, for the ends of shadow rays.
+    frames: [LampFrame; SIMD_WIDTH],
     /// 1 for a lamp that emits from both sides, else 0.
     two_sided: LampColumn,
+}
+
+/// A lamp in f64.
+#[derive(Clone, Copy, Debug, Default)]
+struct LampFrame {
+    corner: DVec3,
+    /// Unit vectors along the edges.
+    axes: [DVec3; 2],
+    normal: DVec3,
+    /// Bound on the error of later intersection tests.
+    error: f64,
 }
 
 /// A lamp chosen for a point and a point sampled on the lamp. Numbers may be SIMD lanes.
@@ -90,8 +90,8 @@ pub(crate) struct RectangleSample<F> {
     /// Density by solid angle, times the probability of the lamp. Zero if no light arrives.
     pub density: F,
     pub radiance: LaneVector<F>,
-    /// End of a shadow ray to the point: a point before the lamp.
-    pub end: LaneVector<F>,
+    /// Distances of the point from the lamp's corner along both edges, in metres.
+    pub place: [F; 2],
 }
 
 impl<R: Real> Lights<R> {
@@ -111,7 +111,7 @@ impl<R: Real> Lights<R> {
             lengths: [[1.0; SIMD_WIDTH]; 2],
             normal: [none; 3],
             radiance: [none; 3],
-            end_distance: none,
+            frames: [LampFrame::default(); SIMD_WIDTH],
             two_sided: none,
         };
         for (lane, child) in children.into_iter().enumerate() {
@@ -129,8 +129,7 @@ impl<R: Real> Lights<R> {
 impl RectangleLamps {
     fn set_lamp(&mut self, lane: usize, rectangle: &Rectangle) {
         let [x, y] = rectangle.edges;
-        let (a, b, c) = (rectangle.corner, rectangle.corner + x, rectangle.corner + y);
-        let scale = a.abs().max(b.abs()).max(c.abs()).max((b + y).abs());
+        let a = rectangle.corner;
         let outwards = if rectangle.is_inside { -1.0 } else { 1.0 };
         let [along_x, along_y] = &mut self.axes;
         for (columns, vector) in [
@@ -147,10 +146,23 @@ impl RectangleLamps {
         for (column, edge) in self.lengths.iter_mut().zip(rectangle.edges) {
             column[lane] = edge.length() as f32;
         }
-        self.end_distance[lane] = (scale.max_element() * END_BY_COORDINATE
-            + x.length().max(y.length()) * END_BY_EDGE
-            + rectangle.error) as f32;
+        let axes = [x.normalize(), y.normalize()];
+        self.frames[lane] = LampFrame {
+            corner: a,
+            axes,
+            normal: axes[0].cross(axes[1]).normalize(),
+            error: rectangle.error,
+        };
         self.two_sided[lane] = f32::from(u8::from(rectangle.is_two_sided));
+    }
+
+    /// Returns the surface of a lamp at a sampled place, at which a shadow ray ends.
+    #[inline(always)]
+    pub fn surface<R: Real>(&self, lamp: usize, place: [f32; 2]) -> Surface<R> {
+        let frame = &self.frames[lamp % SIMD_WIDTH];
+        let [a, b] = place.map(f64::from);
+        let point = frame.corner + frame.axes[0] * a + frame.axes[1] * b;
+        SurfacePoint::new(point, frame.normal, frame.error).to_scalar()
     }
 
     /// Chooses a lamp as the light tree does, with the bits of its choice and probability. Returns the
@@ -222,14 +234,12 @@ impl RectangleLamps {
             .select_less(zero, by_area, one / seen.solid_angle);
         let density = zero.select_less(cosine, even * probability, zero);
         let density = density.select_less(lamp.like(f32::INFINITY), density, zero);
-        let before =
-            lamp.lookup(&self.end_distance) + squared * inverse * lamp.like(END_BY_DISTANCE);
         RectangleSample {
             lamp,
             direction,
             density,
             radiance: LaneVector::lookup(lamp, &self.radiance),
-            end: corner + along + lamp_normal * before.flip_sign(height),
+            place: [a, b],
         }
     }
 }

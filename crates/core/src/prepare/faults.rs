@@ -3,9 +3,7 @@
 
 use super::{LampRef, LightLeak, LightRays, UnresolvedGap};
 use crate::counters::{Counters, MOST_PASSAGES};
-use crate::fault::{
-    Fault, FaultKind, Subject, format_decimal, format_metres, round_to_two_digits,
-};
+use crate::fault::{Fault, FaultKind, Subject, format_decimal, format_metres, round_to_two_digits};
 use crate::scene::Scene;
 use crate::settings::PrecisionChoice;
 

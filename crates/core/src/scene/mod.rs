@@ -35,9 +35,9 @@ pub use input::{
 pub use input::{InputValue, ScalarFactor};
 pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Studio, Sun};
 pub use material::*;
+pub use medium::{Medium, single_scattering_albedo};
 #[doc(hidden)]
 pub use mesh::MOST_UV_SETS;
-pub use medium::{Medium, single_scattering_albedo};
 pub use mesh::{
     ColourSpace, Image, ImageData, Mesh, MeshData, MeshSource, ModelSelection, PixelData, Texture,
     TextureFilter, WrapMode,

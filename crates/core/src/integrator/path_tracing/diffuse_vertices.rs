@@ -6,8 +6,8 @@ use core::any::Any;
 use core::f32::consts::FRAC_1_PI;
 
 use raywright_bvh::{
-    Interval, LaneAngles, LaneFloats, LaneTask, LaneVector, Ray, RayEndTriangles, Real, Simd,
-    SimdFloats, Vector, run_in_lanes_of,
+    LaneAngles, LaneFloats, LaneTask, LaneVector, Ray, RayEndTriangles, Real, Simd, SimdFloats,
+    Vector, run_in_lanes_of,
 };
 
 use super::PathTracer;
@@ -27,7 +27,7 @@ const NEXT_NUMBER: f32 = 1.0 / (1 << 23) as f32;
 /// What vertices bring, in columns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShadedDiffuseLanes {
-    /// Origin of both rays.
+    /// Origin of the next ray.
     pub start: Vec3Column<f32>,
     /// Mask of the lanes whose sampled light arrives at the point and is reflected if nothing blocks
     /// it.
@@ -38,8 +38,8 @@ pub(super) struct ShadedDiffuseLanes {
     pub light_density: LaneColumn<f32>,
     /// Greatest component of the lamp's radiance.
     pub light_radiance: LaneColumn<f32>,
-    pub shadow_direction: Vec3Column<f32>,
-    pub shadow_length: LaneColumn<f32>,
+    /// Place of the sampled point on the lamp, see [`RectangleLamps::surface`].
+    pub lamp_place: [LaneColumn<f32>; 2],
     /// Reflected radiance times the path's throughput, if nothing blocks the light.
     pub reflected: Vec3Column<f32>,
     /// Mask of the lanes whose path goes on.
@@ -99,9 +99,6 @@ fn shade<F: LaneFloats>(
         add_numbers(zero.load_like(coarse), zero.load_like(fine)),
         [zero.load_like(x), zero.load_like(y)],
     );
-    let across = light.end - start;
-    let length = across.dot(across).sqrt();
-    let shadow_direction = across * (one / length);
     let facing = normal.dot(light.direction);
     // The power heuristic of both techniques.
     let ratio = facing * zero.like(FRAC_1_PI) / light.density;
@@ -113,7 +110,7 @@ fn shade<F: LaneFloats>(
     let lit = none.select_less(light.density, lit, none);
     let lit = zero
         .like(LEAST_COSINE)
-        .select_less(geometric.dot(shadow_direction), lit, none);
+        .select_less(geometric.dot(light.direction), lit, none);
     let lit = none.select_less(reflected.max_element(), lit, none);
 
     let [_, u, v, u_roulette] = &vertices.numbers;
@@ -146,8 +143,7 @@ fn shade<F: LaneFloats>(
         lamp: light.lamp.to_array(),
         light_density: light.density.to_array(),
         light_radiance: light.radiance.max_element().to_array(),
-        shadow_direction: shadow_direction.to_columns(),
-        shadow_length: length.to_array(),
+        lamp_place: light.place.map(F::to_array),
         reflected: reflected.to_columns(),
         continues: (continues * is_finite).positive_lanes(),
         overflows: (valid - is_finite).positive_lanes(),
@@ -224,7 +220,7 @@ impl<R: Real> PathTracer<'_, R> {
             for lane in 0..batch.len {
                 let index = batch.hit_indices[lane] as usize;
                 if shaded.lit >> lane & 1 != 0 {
-                    self.add_lamp_light(slice, index, lamps, (&shaded, lane));
+                    self.add_lamp_light(slice, lamps, (batch, &shaded, lane));
                 }
                 survives[index] = self.continue_diffuse_path(slice, (batch, lane), &shaded);
             }
@@ -236,25 +232,27 @@ impl<R: Real> PathTracer<'_, R> {
     fn add_lamp_light(
         &mut self,
         slice: &mut WavefrontSlice<'_, R>,
-        index: usize,
         lamps: &RectangleLamps,
-        (shaded, lane): (&ShadedDiffuseLanes, usize),
+        (batch, shaded, lane): (&VertexLanes<R>, &ShadedDiffuseLanes, usize),
     ) {
+        let index = batch.hit_indices[lane] as usize;
         let path = &mut slice.paths[slice.active[index] as usize];
         let emitter = lamps.emitters[shaded.lamp[lane] as usize % LANES];
-        let direction = vector::<R>(&shaded.shadow_direction, lane);
-        let ray =
-            Ray::new(vector::<R>(&shaded.start, lane), direction).with_time(path.segment.ray.time);
         let mut ends = RayEndTriangles::NONE;
         if self.has_triangle_ends {
             ends.start = slice.hits[index].triangle_slot();
             ends.target = self.scene.lights.emitters.triangles(emitter);
         }
-        let range = Interval {
-            min: R::ZERO,
-            max: R::from_f32(shaded.shadow_length[lane]),
+        let place = shaded.lamp_place.map(|column| column[lane]);
+        let target = lamps.surface(shaded.lamp[lane] as usize, place);
+        let visible = match batch.surface.get_lane(lane).spawn_ray_to_surface(&target) {
+            Some((ray, range)) => {
+                let ray = ray.with_time(path.segment.ray.time);
+                self.shadow_transmittance((&ray, &ends), range, None, false)
+            }
+            // The lamp lies at the point: nothing blocks it.
+            None => R::ONE,
         };
-        let visible = self.shadow_transmittance((&ray, &ends), range, None, false);
         if visible > R::ZERO {
             path.radiance += vector::<R>(&shaded.reflected, lane) * visible;
         }

@@ -94,7 +94,6 @@ fn alone(vertices: &VertexLanes<f32>, lane: usize) -> VertexLanes<f32> {
 fn lane_bits(shaded: &ShadedDiffuseLanes, lane: usize) -> Vec<u32> {
     let columns = [
         shaded.start,
-        shaded.shadow_direction,
         shaded.reflected,
         shaded.direction,
         shaded.throughput,
@@ -103,7 +102,8 @@ fn lane_bits(shaded: &ShadedDiffuseLanes, lane: usize) -> Vec<u32> {
         shaded.lamp,
         shaded.light_density,
         shaded.light_radiance,
-        shaded.shadow_length,
+        shaded.lamp_place[0],
+        shaded.lamp_place[1],
         shaded.density,
     ];
     let masks = [shaded.lit, shaded.continues, shaded.overflows].map(|mask| mask >> lane & 1);
@@ -179,11 +179,11 @@ fn vertices_follow_the_formulas() {
                 let is_facing = ray.dot(normal) < 0.0;
                 if shaded.lit >> lane & 1 != 0 {
                     lit += 1;
-                    let (direction, length) = (
-                        vector(&shaded.shadow_direction).as_dvec3(),
-                        f64::from(shaded.shadow_length[lane]),
-                    );
-                    assert!(is_facing && (direction.length() - 1.0).abs() < 3e-7);
+                    let place = shaded.lamp_place.map(|column| column[lane]);
+                    let lamp = lamps.surface::<f32>(shaded.lamp[lane] as usize, place);
+                    let across = (lamp.point - surface.point).as_dvec3();
+                    let (direction, length) = (across.normalize(), across.length());
+                    assert!(is_facing);
                     let density = f64::from(shaded.light_density[lane]);
                     let cosine = normal.as_dvec3().dot(direction);
                     let radiance = DVec3::new(5.0, 4.0, 3.0);
@@ -195,7 +195,7 @@ fn vertices_follow_the_formulas() {
                     let off = (vector(&shaded.reflected).as_dvec3() - expected)
                         .abs()
                         .max_element();
-                    // The ray starts beside the point and ends before the lamp.
+                    // Both points are rounded.
                     let bound = (2e-5 + 1e-4 * f64::from(scale) / (length * cosine))
                         * expected.max_element();
                     assert!(
