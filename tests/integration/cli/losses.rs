@@ -140,7 +140,7 @@ fn rays_that_are_cut_short_are_told() {
             "a.json",
         ]);
         run.exits_with(0).prints_like(
-            "rays end after 8192 surfaces that are cut out or partly transparent, so that objects behind these surfaces are missing (2 rays ended there)",
+            "rays end after 8192 surfaces that are cut out or partly transparent, so that objects behind these surfaces are missing, or after a million scatterings in a medium (2 rays ended there)",
         );
         let stats = stats(&sandbox, "a.json");
         assert_eq!(

@@ -196,7 +196,11 @@ impl Study<'_> {
         }
         let kept = start.reference.as_ref();
         let kept = kept.and_then(|kept| kept.film.requested_samples());
-        let samples = samples.max(kept.unwrap_or(0));
+        // A step more may only follow from a machine that is less busy now.
+        let samples = match kept {
+            Some(kept) if samples < kept.saturating_mul(16) => kept,
+            _ => samples,
+        };
         let end = self.instant_of(TRIALS_END);
         let mut reference = renderer.prepare_reference(&self.space.exact, samples, start, end)?;
         let is_done = renderer.render_reference(&mut reference, &self.tiles, end);

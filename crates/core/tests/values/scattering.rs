@@ -77,7 +77,7 @@ fn bodies_without_absorption_keep_all_light() {
         let medium = json!({ "scattering": scattering, "anisotropy": anisotropy });
         let found = furnace(medium, terms);
         let settings = Settings {
-            size: [12; 2],
+            size: [20; 2],
             ..endless(&found, ONTO)
         };
         expect_mean(&found, &settings, [1.0; 3], 2e-3, &label);
@@ -88,7 +88,7 @@ fn bodies_without_absorption_keep_all_light() {
 /// steps are as short as rounding allows, nor on the way.
 #[test]
 fn a_thousand_mean_free_paths() {
-    for (scattering, size, terms) in [(500, 4, open()), (500, 8, json!({ "ior": 1.3 }))] {
+    for (scattering, size, terms) in [(500, 6, open()), (500, 8, json!({ "ior": 1.3 }))] {
         let found = furnace(json!({ "scattering": scattering }), terms);
         let settings = Settings {
             size: [size; 2],
@@ -364,7 +364,7 @@ fn families_of_media_lose_no_sample() {
         let each = [PrecisionChoice::Robust, PrecisionChoice::Reference].map(|precision| {
             let settings = Settings {
                 precision,
-                size: [12; 2],
+                size: [20; 2],
                 ..endless(&found, view)
             };
             let counters = render_scene(&found, &settings).counters;

@@ -72,7 +72,7 @@ fn solids_are_measured() {
             vec![raywright_core::scene::TransformStep::Scale([2.0, 1.0, 1.0])];
         SolidSummary::from_scene(&cubes).map(|solid| solid.to_string())
     };
-    let closed = "yes; size 3.2 x 1.6 x 1.6 metres, volume 8.192 cubic metres";
+    let closed = "yes; size 3.2 x 1.6 x 1.6, volume 8.192";
     assert_eq!(of(&[]).as_deref(), Some(closed));
     // The top and the bottom of the cube, and then one of its sides too.
     let holes = [4..8, 10..12];
