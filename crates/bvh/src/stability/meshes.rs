@@ -63,7 +63,11 @@ pub fn create_lattice(corner: DVec3, [x, y]: [DVec3; 2], cells: usize) -> Mesh {
 fn create_cube_mesh(n: usize) -> Mesh {
     let face = |face: usize| {
         let [z, x, y] = rotated_axes(face / 2);
-        let [x, y, z] = if face % 2 == 0 { [x, y, z] } else { [y, x, -z] };
+        let [x, y, z] = if face.is_multiple_of(2) {
+            [x, y, z]
+        } else {
+            [y, x, -z]
+        };
         create_lattice(z - x - y, [x, y].map(|side| side * (2.0 / n as f64)), n)
     };
     (0..6).flat_map(face).collect()

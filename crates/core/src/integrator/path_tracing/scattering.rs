@@ -256,8 +256,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
         };
         let point = R::Vec3::from_f64(point);
         let density = self.scene.texture_tables.eval_at_point(program, point) * per_most;
-        // True for NaN.
-        if !(density <= 1.0 + ROUNDING) {
+        if density > 1.0 + ROUNDING || density.is_nan() {
             let place = self.scene.to_world(point).to_array();
             self.counters.excess += DensityExcess::new(medium.material, density, place);
         }
@@ -414,7 +413,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
         let (mut t, mut passed) = (from, DVec3::ONE);
         while let Some(u) = numbers.next() {
             t += exponential(u, rate);
-            if !(t < to) {
+            if t >= to || t.is_nan() {
                 return passed;
             }
             let density = self.relative_density(medium, origin + direction * t);

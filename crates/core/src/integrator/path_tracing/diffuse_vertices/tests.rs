@@ -65,7 +65,7 @@ fn random_vertices(rng: &mut CaseRng, scale: f32) -> VertexLanes<f32> {
 
 /// The vertex of one lane, in the first.
 fn alone(vertices: &VertexLanes<f32>, lane: usize) -> VertexLanes<f32> {
-    let mut one = vertices.clone();
+    let mut one = *vertices;
     one.surface.set_lane(0, &vertices.surface.get_lane(lane));
     for (to, from) in [
         (&mut one.geometric, &vertices.geometric),
