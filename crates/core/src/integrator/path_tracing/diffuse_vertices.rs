@@ -1,6 +1,6 @@
 //! Matte vertices under rectangular lamps: one task computes the whole vertex, from the surface at the
-//! hit to the shadow ray and the next ray. Numbers stay in registers, and a vertex is read from memory
-//! and written to it once. Each lane has the bits of a vertex by itself.
+//! hit to the place on the lamp and the next ray. Numbers stay in registers, and a vertex is read from
+//! memory and written to it once. Each lane has the bits of a vertex by itself.
 
 use core::any::Any;
 use core::f32::consts::FRAC_1_PI;
