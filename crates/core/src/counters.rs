@@ -55,14 +55,14 @@ pub struct Counters {
     /// Number of samples whose camera ray hit a surface.
     #[serde(rename = "met")]
     pub hits: u64,
-    /// Densities of media above their stated maximum.
+    /// Densities of media below zero or above their stated maximum.
     #[serde(default, skip_serializing_if = "DensityExcess::is_empty")]
     pub excess: DensityExcess,
 }
 
-/// Points at which the density of a medium was above the stated maximum, or not a number: how many,
-/// and the worst. Numbers are kept as bits, whose order is that of positive numbers, so that sums do
-/// not depend on their order.
+/// Points at which the density of a medium was below zero, above the stated maximum, or not a
+/// number: how many, and the worst. Numbers are kept as bits, whose order is that of positive
+/// numbers, so that sums do not depend on their order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct DensityExcess {
     /// Number of such points.
@@ -70,15 +70,19 @@ pub struct DensityExcess {
     worst: [u64; 5],
 }
 
+/// Bit of a material's word that tells a density below zero.
+const NEGATIVE: u64 = 1 << 63;
+
 impl DensityExcess {
     /// One point, in world coordinates. `density` is relative to the stated maximum, and `material`
     /// is that of the body, `None` for the air.
     pub(crate) fn new(material: Option<u32>, density: f64, point: [f64; 3]) -> Self {
         let [x, y, z] = point.map(f64::to_bits);
         let material = material.map_or(0, |material| 1 + u64::from(material));
+        let sign = if density < 0.0 { NEGATIVE } else { 0 };
         Self {
             count: 1,
-            worst: [density.abs().to_bits(), material, x, y, z],
+            worst: [density.abs().to_bits(), material | sign, x, y, z],
         }
     }
 
@@ -86,20 +90,22 @@ impl DensityExcess {
         self.count == 0
     }
 
-    /// Returns the greatest density relative to its stated maximum.
+    /// Returns the density that is farthest from its bounds, relative to its stated maximum.
     pub fn ratio(&self) -> f64 {
-        f64::from_bits(self.worst[0])
+        let [size, material, ..] = self.worst;
+        let sign = if material & NEGATIVE == 0 { 1.0 } else { -1.0 };
+        sign * f64::from_bits(size)
     }
 
-    /// Returns the path, in the scene file, of the medium with the greatest ratio.
+    /// Returns the path, in the scene file, of the medium with this density.
     pub fn owner(&self) -> String {
-        match self.worst[1].checked_sub(1) {
+        match (self.worst[1] & !NEGATIVE).checked_sub(1) {
             Some(material) => format!("materials[{material}].model.physical.interior"),
             None => "air".to_owned(),
         }
     }
 
-    /// Returns the point of the greatest ratio, in world coordinates.
+    /// Returns the point of this density, in world coordinates.
     pub fn point(&self) -> [f64; 3] {
         let [_, _, x, y, z] = self.worst;
         [x, y, z].map(f64::from_bits)

@@ -199,8 +199,8 @@ kinds! {
     RaysCutShort = "rays-cut-short" PictureWrong;
     /// samples that `--clamp` dims, so that bright pixels are too dark
     SamplesDimmed = "samples-dimmed" PictureWrong;
-    /// points at which the density of a medium is above its `max_density`
-    DensityAboveMaximum = "density-above-maximum" PictureWrong;
+    /// points at which the density of a medium is below zero, above its `max_density`, or not a number
+    DensityOutOfRange = "density-out-of-range" PictureWrong;
     /// surfaces are visible, but no light arrives; the finding names the object in the way, the
     /// light that shines past everything, or a sky by an expression, if one is the cause
     BlackPicture = "black-picture" PictureWrong;

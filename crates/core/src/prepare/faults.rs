@@ -122,20 +122,29 @@ impl Counters {
         );
         let excess = &self.excess;
         let point = excess.point().map(format_decimal).join(", ");
-        let too_dense = FaultKind::DensityAboveMaximum.fault(
-            Subject::Scene,
-            format!(
-                "the density of `{}` is above its `max_density`, {} times so much at [{point}], so that the medium is too thin there",
-                excess.owner(),
-                format_decimal(excess.ratio()),
+        let (ratio, owner) = (excess.ratio(), excess.owner());
+        let (density, remedy) = match () {
+            () if ratio.is_nan() => ("not a number".to_owned(), "change the formula"),
+            () if ratio.is_infinite() => ("infinite".to_owned(), "change the formula"),
+            () if ratio < 0.0 => (
+                "below zero".to_owned(),
+                "write `max(0, ...)` around the formula",
             ),
-            "raise `max_density`",
+            () => (
+                format!("{} times its `max_density`", format_decimal(ratio)),
+                "raise `max_density`",
+            ),
+        };
+        let density_out_of_range = FaultKind::DensityOutOfRange.fault(
+            Subject::Scene,
+            format!("the density of `{owner}` is {density} at [{point}], so that the medium is wrong there"),
+            remedy,
         );
         let all = self.samples + self.dropped;
         let faults = [
             not_finite.with_count(self.dropped, all, "samples", "had to be dropped"),
             cut_short.with_rays(self.cut_short, 0, "ended there"),
-            too_dense.with_count(excess.count, 0, "points", "are too dense"),
+            density_out_of_range.with_count(excess.count, 0, "points", "have such densities"),
         ];
         faults.into_iter().filter(|fault| fault.count > 0)
     }

@@ -281,17 +281,37 @@ fn densities_by_formula() {
     }
 }
 
-/// Protects: a density above its stated maximum is counted, with its place and its owner.
+/// Protects: a density below zero, above its stated maximum, or not a number is counted, with its
+/// place and its owner, and is told in words.
 #[test]
-fn a_density_above_its_maximum_is_counted() {
-    let medium = json!({ "scattering": 3, "density": "p.y > 0 ? 2 : 0.5", "max_density": 1 });
-    let found = furnace(medium, open());
-    let excess = render_scene(&found, &endless(&found, ONTO)).counters.excess;
-    assert!(excess.count > 1000, "{excess:?}");
-    assert_eq!(excess.owner(), "materials[0].model.physical.interior");
-    assert_eq!(excess.ratio(), 2.0);
-    let [x, y, z] = excess.point();
-    assert!(y > 0.0 && x.hypot(y).hypot(z) <= 1.0 + 1e-6, "{excess:?}");
+fn a_density_out_of_its_range_is_counted() {
+    for (density, ratio, words) in [
+        ("2", 2.0, "is 2 times its `max_density` at"),
+        ("-3", -3.0, "is below zero at"),
+        ("1/(p.y - p.y)", f64::INFINITY, "is infinite at"),
+        ("sqrt(-1 - p.y)", f64::NAN, "is not a number at"),
+    ] {
+        let formula = format!("p.y > 0 ? {density} : 0.5");
+        let medium = json!({ "scattering": 3, "density": formula, "max_density": 1 });
+        let found = furnace(medium, open());
+        let counters = render_scene(&found, &endless(&found, ONTO)).counters;
+        let excess = &counters.excess;
+        assert!(excess.count > 1000, "{excess:?}");
+        assert_eq!(excess.owner(), "materials[0].model.physical.interior");
+        assert_eq!(
+            excess.ratio().abs().to_bits(),
+            ratio.abs().to_bits(),
+            "{excess:?}"
+        );
+        assert_eq!(excess.ratio() < 0.0, ratio < 0.0);
+        let [x, y, z] = excess.point();
+        assert!(y > 0.0 && x.hypot(y).hypot(z) <= 1.0 + 1e-6, "{excess:?}");
+        let faults: Vec<String> = counters.faults().map(|fault| fault.to_string()).collect();
+        assert!(
+            faults.iter().any(|fault| fault.contains(words)),
+            "{faults:?}"
+        );
+    }
 }
 
 /// Protects: whatever the media, no sample is lost and both precisions agree: none, tiny, huge, one

@@ -248,15 +248,15 @@ impl<'a, R: Real> PathTracer<'a, R> {
         None
     }
 
-    /// Returns the density of a medium at a point over the greatest density. Greater values are
-    /// counted.
+    /// Returns the density of a medium at a point over the greatest density. Values out of this range
+    /// are counted.
     fn relative_density(&mut self, medium: &PreparedMedium, point: DVec3) -> f64 {
         let Some((program, per_most)) = medium.density else {
             return 1.0;
         };
         let point = R::Vec3::from_f64(point);
         let density = self.scene.texture_tables.eval_at_point(program, point) * per_most;
-        if density > 1.0 + ROUNDING || density.is_nan() {
+        if !(0.0..=1.0 + ROUNDING).contains(&density) {
             let place = self.scene.to_world(point).to_array();
             self.counters.excess += DensityExcess::new(medium.material, density, place);
         }
