@@ -34,7 +34,7 @@ mod x86;
 use core::ops::Range;
 use rayon::prelude::*;
 
-use crate::aabb::PaddedBox;
+use crate::aabb::{Aabb, PaddedBox};
 use crate::math::simd::Portable;
 pub(crate) use crate::math::simd::{MaskLanes, WIDTH};
 use crate::memory::huge_page_vec;
@@ -262,6 +262,42 @@ impl Bvh8 {
     pub fn block_corners(&self, number: u32) -> (&[[[f32; WIDTH]; 3]; 3], usize) {
         let number = number as usize;
         (&self.blocks[number / WIDTH].corners, number % WIDTH)
+    }
+
+    /// Calls `visit` with the slots of each leaf that may meet a box, until it returns true. Returns
+    /// whether it did; `None` in a structure without nodes. `first` is the slot of the first position.
+    pub fn visit_leaves_in_box(
+        &self,
+        bounds: &Aabb,
+        first: usize,
+        visit: &mut impl FnMut(Range<usize>) -> bool,
+    ) -> Option<bool> {
+        let mut open = vec![ChildRef(0)];
+        self.nodes.first()?;
+        while let Some(child) = open.pop() {
+            let (index, header) = (child.leaf_index(), LeafHeader::default());
+            let header = match child {
+                _ if !child.is_leaf() => {
+                    let node = &self.nodes[child.node_index()];
+                    open.extend((0..WIDTH).filter_map(|lane| {
+                        let meets = (0..3).all(|axis| {
+                            f64::from(node.planes[axis][lane]) <= bounds.max[axis]
+                                && bounds.min[axis] <= f64::from(node.planes[axis][WIDTH + lane])
+                        });
+                        meets.then_some(node.children[lane])
+                    }));
+                    header
+                }
+                _ if child.is_triangle_block() => self.leaf_headers[index],
+                _ if child.is_sphere_row() => self.rows[index].leaf_header,
+                _ => LeafHeader::new(first + index, 1),
+            };
+            let start = header.first as usize;
+            if header.count > 0 && visit(start..start + usize::from(header.count)) {
+                return Some(true);
+            }
+        }
+        Some(false)
     }
 
     /// Returns the selected kernel.

@@ -12,12 +12,15 @@ pub use packet::{PacketBackoff, RayPacket};
 
 use core::ops::Range;
 
+use glam::DVec3;
+
+use crate::aabb::Aabb;
 use crate::bvh8::optimisation_barrier;
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
 use crate::ray_ends::{RayEndTriangles, TriangleSlot};
 use crate::scalar::{Real, Vector};
-use crate::shapes::{PreparedRay, Shape, ShapeHit};
+use crate::shapes::{Plane, PreparedRay, Shape, ShapeHit};
 use crate::slot::{PrimitiveKind, PrimitiveSlot};
 use crate::stats::{TraversalCounter, TraversalStats};
 
@@ -234,6 +237,49 @@ impl<R: Real> Geometry<R> {
         stats: &mut T,
     ) -> bool {
         self.run_query(&self.prepare_ray(*ray), query, stats).0
+    }
+
+    /// Calls `visit` with each primitive whose box meets a box, and with each unbounded primitive but
+    /// planes beside it, until it returns true: with the object id, the primitive id (`u32::MAX` for all of
+    /// an instance), and the corners of a triangle. Returns whether it did.
+    pub fn visit_box(
+        &self,
+        bounds: &Aabb,
+        visit: &mut dyn FnMut(u32, u32, Option<[DVec3; 3]>) -> bool,
+    ) -> bool {
+        let set = &self.primitives;
+        let is_beside_plane = |plane: &Plane<R>| {
+            let (point, normal) = (plane.point.to_f64(), plane.normal.to_f64());
+            let heights = bounds.corners().map(|corner| normal.dot(corner - point));
+            heights.iter().all(|&height| height > 0.0) || heights.iter().all(|&height| height < 0.0)
+        };
+        let mut visit_slots = |slots: Range<usize>| {
+            set.slots[slots].iter().any(|slot| {
+                let index = slot.index as usize;
+                let (corners, own) = match slot.kind {
+                    PrimitiveKind::Triangle => {
+                        let vertices = self.triangle(index).vertices.map(Vector::to_f64);
+                        (Some(vertices), Some(Aabb::from_points(vertices)))
+                    }
+                    PrimitiveKind::Plane if is_beside_plane(&set.planes[index]) => return false,
+                    _ => (None, set.bounds(slot)),
+                };
+                let primitive = match slot.kind {
+                    PrimitiveKind::Instance => u32::MAX,
+                    _ => slot.primitive,
+                };
+                own.is_none_or(|own| !own.intersection(*bounds).is_empty())
+                    && visit(slot.object, primitive, corners)
+            })
+        };
+        visit_slots(0..self.unbounded)
+            || match self
+                .bvh
+                .visit_leaves_in_box(bounds, self.unbounded, &mut visit_slots)
+            {
+                Some(ended) => ended,
+                None => visit_slots(self.unbounded..set.slots.len()),
+            }
     }
 
     /// Whether queries of this geometry can skip the triangles in a [`RayEndTriangles`].

@@ -7,8 +7,8 @@ mod objects;
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, GeometryError, Hit, Interval, Occlusion, PrimitiveSet,
-    Ray, Real, Side, Surface, TraversalStats, Visibility,
+    Aabb, AcceleratorKind, BuildQuality, Geometry, GeometryError, Hit, Interval, Occlusion,
+    PrimitiveSet, Ray, Real, Side, Surface, TraversalStats, Visibility,
 };
 
 use crate::split_mix::step;
@@ -90,6 +90,61 @@ fn halved() -> DAffine3 {
 
 fn kinds() -> impl Iterator<Item = AcceleratorKind> {
     BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree)
+}
+
+/// Protects: the primitives of a box are the same for the tree and for the scan, contain each whose hit
+/// lies in the box, and no plane beside the box; and a search ends when it is told to.
+#[test]
+fn boxes_have_all_their_primitives() {
+    let found = |geometry: &Geometry<f32>, bounds: &Aabb| {
+        let mut found = Vec::new();
+        geometry.visit_box(bounds, &mut |object, primitive, corners| {
+            found.push((object, primitive, corners.is_some()));
+            false
+        });
+        found.sort_unstable();
+        found
+    };
+    for (seed, count) in [(1, 0), (2, 1), (4, 9), (6, 400)] {
+        let scan = Geometry::new(mixed(seed, count), AcceleratorKind::Linear);
+        let rng = &mut QueryRng(seed);
+        let (mut hits, mut some, mut instances) = (0, 0, 0);
+        for kind in kinds() {
+            let tree = Geometry::new(mixed(seed, count), kind);
+            for _ in 0..500 {
+                let half = rng.direction().abs() * 10_f32.powf(rng.unit() * 4.0 - 3.0);
+                let bounds = Aabb::from_centre(rng.point().as_dvec3(), half.as_dvec3());
+                let expected = found(&scan, &bounds);
+                assert_eq!(found(&tree, &bounds), expected, "{kind:?} {bounds:?}");
+                some += usize::from(!expected.is_empty());
+                instances += usize::from(expected.iter().any(|entry| entry.1 == u32::MAX));
+                assert_eq!(
+                    tree.visit_box(&bounds, &mut |..| true),
+                    !expected.is_empty()
+                );
+                let ray = Ray::new(rng.point(), rng.direction());
+                scan.visit_hits(&ray, Interval::positive(), &mut |hit| {
+                    let point = scan.surface_point(&ray, hit).point;
+                    let is_inside = point.cmpge(bounds.min).all() && point.cmple(bounds.max).all();
+                    hits += usize::from(is_inside);
+                    // The primitives of an instance are one.
+                    let object = hit.outermost_id();
+                    let has = |entry: &(u32, u32, bool)| entry.0 == object;
+                    assert!(!is_inside || expected.iter().any(has), "{hit:?} {bounds:?}");
+                    false
+                });
+            }
+        }
+        assert!(
+            count < 400 || hits > 20 && some > 200 && instances > 20,
+            "{hits} {some} {instances}"
+        );
+    }
+    let floor = Geometry::new(mixed(1, 0), AcceleratorKind::default());
+    for (height, count) in [(-8.0, 0), (-9.0, 1), (-10.0, 0)] {
+        let bounds = Aabb::from_centre(DVec3::Y * height, DVec3::splat(0.5));
+        assert_eq!(found(&floor, &bounds).len(), count, "{height}");
+    }
 }
 
 /// Protects: hits are identical bit for bit, the lowest id wins ties, and any-hit agrees with
