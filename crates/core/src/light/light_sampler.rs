@@ -82,10 +82,14 @@ impl LightSampler {
         }
     }
 
-    /// Returns the only node of the tree over nearby lights, see [`LightTree::single_node`]; `None` if
-    /// distant lights can be chosen too.
+    /// Returns the only node of the tree over nearby lights, see [`LightTree::single_node`].
     pub(super) fn single_node(&self) -> Option<(Option<&LightNode>, LaneColumn<Option<LightId>>)> {
-        self.tree.single_node().filter(|_| self.far.is_empty())
+        self.tree.single_node()
+    }
+
+    /// Returns the probability of choosing a distant light. It is chosen for numbers below.
+    pub(super) fn far_share(&self) -> f64 {
+        self.far_share
     }
 
     /// Whether no light can be chosen.

@@ -1,19 +1,43 @@
 //! Rectangular lamps, at most eight, as tables that SIMD lanes look up: each lane samples the lamp that
-//! it chose. The computations are in `f32`. With U = 2⁻²⁴, the density of a point has a relative error of
-//! at most 64 U, and 8 U times the ratio of distance and coordinates to the height above the lamp's
-//! plane. Shadow rays end at the exact place in f64, as those to other lamps do: a cover of a lamp may be as
-//! near to it.
+//! it chose. There may be distant lights too, which other vertices choose. The computations are in
+//! `f32`. Shadow rays to a lamp before which nothing lies end a little before it, outside its box. Other
+//! shadow rays end at the exact place in f64, as those to other lamps do: a cover of a lamp may be as near
+//! to it.
+//!
+//! **Error of densities.** Let U = 2⁻²⁴, h the height of the receiving point above the lamp's plane, r its
+//! distance from the sampled point, e the sum of both edges, and D ≤ r + e its distance from the corner.
+//! Corners are `f32` and exact. Each coordinate in the lamp's frame is a product with a rounded unit vector:
+//! one U of the difference from the corner, one of the vector, three of products and sums, so 5 U D.
+//! - By area the density is r³ / (A h), that of the hit h² / (A c³), where c is the cosine of the stored
+//!   direction. The height has an error of 5 U D. The offset to the point, of which c is taken, leaves the
+//!   plane by U (D + 3 e + 2 r): the difference, products with rounded axes and their sum, the last sum and
+//!   the direction's rounding. So the ratio is off by 5 U D / h + 3 U (D + 3 e + 2 r) / h ≤ U (14 r + 17 e) / h.
+//! - The solid angle is an integral of h / r³. At the angle a from the normal, errors of 5 U D of all three
+//!   coordinates change it by at most |1 − 3 cos² a| + 3 √2 sin a cos a ≤ 3.1 times 5 U D / h, relatively:
+//!   U 15.5 (r + e) / h.
+//!
+//! So a density has a relative error of at most 64 U, for its own arithmetic, and 17 U (r + e) / h.
 
 use core::f32::consts::FRAC_1_PI;
 use core::ops::Range;
 
 use glam::DVec3;
-use raywright_bvh::{LaneAngles, LaneFloats, LaneVector, Real, SIMD_WIDTH, Surface, SurfacePoint};
+use raywright_bvh::{
+    Aabb, Geometry, LaneAngles, LaneFloats, LaneVector, Real, SIMD_WIDTH, Surface, SurfacePoint,
+};
 
 use super::polygon::LEAST;
 use super::tree::LightNode;
-use super::{LightId, Lights};
+use super::{LightId, Lights, add_numbers};
 
+/// Distance of a shadow ray's end from its lamp: per unit of the lamp's greatest coordinate, and of its
+/// longest edge. The lamp's box is padded by half of it ([`Aabb::to_padded`]), so that the ray does not
+/// enter it; rounding of the end takes at most a quarter.
+const END_DISTANCE: [f64; 2] = [1.0 / (1 << 20) as f64, 1.0 / (1 << 22) as f64];
+/// The same per unit of the ray's length: four units of rounding, of its direction and length.
+const END_BY_LENGTH: f32 = 1.0 / (1 << 22) as f32;
+/// Height of the space before a lamp that must be empty, over the part of the distance without the length.
+const CLEARANCE: f64 = 16.0;
 /// Greatest deviation of a lamp from a rectangle, per unit of its edges.
 const SKEW: f64 = 1e-6;
 /// Least and greatest length of an edge in metres: no product of three lengths leaves the range of
@@ -21,7 +45,7 @@ const SKEW: f64 = 1e-6;
 const LENGTHS: Range<f64> = 1e-9..1e9;
 
 /// A rectangular lamp of uniform emission.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rectangle {
     pub corner: DVec3,
     /// The edges from the corner.
@@ -44,6 +68,14 @@ impl Rectangle {
         let has_range = LENGTHS.contains(&length) && LENGTHS.contains(&other);
         (is_right && is_closed && has_range).then_some([x, y])
     }
+
+    /// Distance of a shadow ray's end from the lamp, without the part by the ray's length.
+    fn end_distance(&self) -> f64 {
+        let ([x, y], a) = (self.edges, self.corner);
+        let scale = a.abs().max((a + x).abs()).max((a + y).abs());
+        let scale = scale.max((a + x + y).abs()).max_element();
+        scale * END_DISTANCE[0] + x.length().max(y.length()) * END_DISTANCE[1] + self.error
+    }
 }
 
 /// One number for each lamp.
@@ -54,6 +86,8 @@ type LampColumn = [f32; SIMD_WIDTH];
 pub(crate) struct RectangleLamps {
     /// The node of the light tree that chooses a lamp; `None` for a single lamp.
     node: Option<LightNode>,
+    /// Probability of choosing a distant light instead of a lamp.
+    far_share: f64,
     /// Emitters of the lamps; unused entries repeat one of them.
     pub emitters: [u32; SIMD_WIDTH],
     corner: [LampColumn; 3],
@@ -64,21 +98,14 @@ pub(crate) struct RectangleLamps {
     /// Unit normal of the emitting side.
     normal: [LampColumn; 3],
     radiance: [LampColumn; 3],
-    /// The lamps in f64, for the ends of shadow rays.
-    frames: [LampFrame; SIMD_WIDTH],
+    /// The lamps in f64, for the exact ends of shadow rays.
+    rectangles: [Rectangle; SIMD_WIDTH],
+    /// Distance of the ends of other shadow rays, without the part by the ray's length.
+    end_distance: LampColumn,
+    /// Height of the empty space before a lamp; zero if something lies in it.
+    clearance: LampColumn,
     /// 1 for a lamp that emits from both sides, else 0.
     two_sided: LampColumn,
-}
-
-/// A lamp in f64.
-#[derive(Clone, Copy, Debug, Default)]
-struct LampFrame {
-    corner: DVec3,
-    /// Unit vectors along the edges.
-    axes: [DVec3; 2],
-    normal: DVec3,
-    /// Bound on the error of later intersection tests.
-    error: f64,
 }
 
 /// A lamp chosen for a point and a point sampled on the lamp. Numbers may be SIMD lanes.
@@ -90,14 +117,20 @@ pub(crate) struct RectangleSample<F> {
     /// Density by solid angle, times the probability of the lamp. Zero if no light arrives.
     pub density: F,
     pub radiance: LaneVector<F>,
-    /// Distances of the point from the lamp's corner along both edges, in metres.
+    /// Distances of the point from the lamp's corner along both edges, per length of the edge.
     pub place: [F; 2],
+    /// End of a shadow ray before the lamp.
+    pub end: LaneVector<F>,
+    /// Positive if nothing can lie between this end and the lamp.
+    pub end_margin: F,
+    /// Unit normal of the lamp on the side of the receiving point.
+    pub normal: LaneVector<F>,
 }
 
 impl<R: Real> Lights<R> {
-    /// Returns the tables of the lights; `None` unless all are rectangles that one node of the light
+    /// Returns the tables of the nearby lights; `None` unless all are rectangles that one node of the light
     /// tree chooses from.
-    pub(crate) fn rectangle_lamps(&self) -> Option<RectangleLamps> {
+    pub(crate) fn rectangle_lamps(&self, geometry: &Geometry<R>) -> Option<RectangleLamps> {
         let none = [0.0; SIMD_WIDTH];
         let (node, children) = self.light_sampler.single_node()?;
         let Some(LightId::Emitter(any)) = children.into_iter().flatten().next() else {
@@ -105,13 +138,16 @@ impl<R: Real> Lights<R> {
         };
         let mut lamps = RectangleLamps {
             node: node.cloned(),
+            far_share: self.light_sampler.far_share(),
             emitters: [any; SIMD_WIDTH],
             corner: [none; 3],
             axes: [[none; 3]; 2],
             lengths: [[1.0; SIMD_WIDTH]; 2],
             normal: [none; 3],
             radiance: [none; 3],
-            frames: [LampFrame::default(); SIMD_WIDTH],
+            rectangles: [Rectangle::default(); SIMD_WIDTH],
+            end_distance: none,
+            clearance: none,
             two_sided: none,
         };
         for (lane, child) in children.into_iter().enumerate() {
@@ -120,9 +156,45 @@ impl<R: Real> Lights<R> {
                 return None;
             };
             lamps.emitters[lane] = emitter;
-            lamps.set_lamp(lane, &self.emitters.rectangle(emitter)?);
+            let rectangle = self.emitters.rectangle(emitter)?;
+            lamps.set_lamp(lane, &rectangle);
+            let end = rectangle.end_distance();
+            lamps.end_distance[lane] = end as f32;
+            if self.is_clear(geometry, emitter, (&rectangle, CLEARANCE * end)) {
+                lamps.clearance[lane] = (CLEARANCE * end) as f32;
+            }
         }
         Some(lamps)
+    }
+
+    /// Whether nothing but the lamp itself lies at most `height` before it, on each side that shines.
+    /// What is nearer than the exact end of a shadow ray does not count.
+    fn is_clear(
+        &self,
+        geometry: &Geometry<R>,
+        emitter: u32,
+        (rectangle, height): (&Rectangle, f64),
+    ) -> bool {
+        let [x, y] = rectangle.edges;
+        let (side_x, side_y) = (x.normalize() * height, y.normalize() * height);
+        let outwards = x.cross(y).normalize() * if rectangle.is_inside { -1.0 } else { 1.0 };
+        let least = rectangle.error;
+        let is_empty = |normal: DVec3| {
+            let low = rectangle.corner - side_x - side_y + normal * least;
+            let (x, y) = (x + side_x * 2.0, y + side_y * 2.0);
+            let face = [low, low + x, low + y, low + x + y];
+            let opposite = face.map(|corner| corner + normal * (height - least));
+            let space = Aabb::from_points(face.into_iter().chain(opposite));
+            !geometry.visit_box(&space, &mut |object, primitive, corners| {
+                let heights =
+                    corners.map(|corners| corners.map(|p| normal.dot(p - rectangle.corner)));
+                let is_beside = heights.is_some_and(|heights| {
+                    heights.iter().all(|&at| at <= least) || heights.iter().all(|&at| at >= height)
+                });
+                !is_beside && self.emitters.emitter_index_of(object, primitive) != Some(emitter)
+            })
+        };
+        is_empty(outwards) && (!rectangle.is_two_sided || is_empty(-outwards))
     }
 }
 
@@ -146,23 +218,23 @@ impl RectangleLamps {
         for (column, edge) in self.lengths.iter_mut().zip(rectangle.edges) {
             column[lane] = edge.length() as f32;
         }
-        let axes = [x.normalize(), y.normalize()];
-        self.frames[lane] = LampFrame {
-            corner: a,
-            axes,
-            normal: axes[0].cross(axes[1]).normalize(),
-            error: rectangle.error,
-        };
+        self.rectangles[lane] = *rectangle;
         self.two_sided[lane] = f32::from(u8::from(rectangle.is_two_sided));
+    }
+
+    /// Whether a lamp is chosen for a point, not a distant light, by its numbers for the light.
+    #[inline(always)]
+    pub fn are_chosen(&self, [coarse, fine, ..]: [f32; 4]) -> bool {
+        add_numbers(coarse, fine) >= self.far_share
     }
 
     /// Returns the surface of a lamp at a sampled place, at which a shadow ray ends.
     #[inline(always)]
-    pub fn surface<R: Real>(&self, lamp: usize, place: [f32; 2]) -> Surface<R> {
-        let frame = &self.frames[lamp % SIMD_WIDTH];
-        let [a, b] = place.map(f64::from);
-        let point = frame.corner + frame.axes[0] * a + frame.axes[1] * b;
-        SurfacePoint::new(point, frame.normal, frame.error).to_scalar()
+    pub fn surface<R: Real>(&self, lamp: usize, [a, b]: [f32; 2]) -> Surface<R> {
+        let rectangle = &self.rectangles[lamp % SIMD_WIDTH];
+        let [x, y] = rectangle.edges;
+        let point = rectangle.corner + x * f64::from(a) + y * f64::from(b);
+        SurfacePoint::new(point, x.cross(y).normalize(), rectangle.error).to_scalar()
     }
 
     /// Chooses a lamp as the light tree does, with the bits of its choice and probability. Returns the
@@ -175,9 +247,11 @@ impl RectangleLamps {
         u: F::Doubles,
     ) -> [F; 2] {
         let like = from.x;
+        let near_share = like.double_like(1.0 - self.far_share);
         let Some(node) = &self.node else {
-            return [like.like(0.0), like.like(1.0)];
+            return [like.like(0.0), like.narrow_like(near_share)];
         };
+        let u = (u - like.double_like(self.far_share)) / near_share;
         let receiver =
             node.local_receiver([from.x.widen(), from.y.widen(), from.z.widen()], normal);
         let chosen = node.choose_child(&receiver, u);
@@ -185,7 +259,7 @@ impl RectangleLamps {
         // Zero for a sum of zero and for NaN.
         let probability =
             like.select_at_most([chosen.total, zero], zero, chosen.importance / chosen.total);
-        let probability = like.narrow_like(probability);
+        let probability = like.narrow_like(probability * near_share);
         let zero = like.like(0.0);
         [
             like.narrow_like(chosen.index),
@@ -234,12 +308,17 @@ impl RectangleLamps {
             .select_less(zero, by_area, one / seen.solid_angle);
         let density = zero.select_less(cosine, even * probability, zero);
         let density = density.select_less(lamp.like(f32::INFINITY), density, zero);
+        let before = lamp.lookup(&self.end_distance) + squared * inverse * lamp.like(END_BY_LENGTH);
+        let normal = lamp_normal * one.flip_sign(height);
         RectangleSample {
             lamp,
             direction,
             density,
             radiance: LaneVector::lookup(lamp, &self.radiance),
-            place: [a, b],
+            place: [a / lengths[0], b / lengths[1]],
+            end: corner + along + normal * before,
+            end_margin: lamp.lookup(&self.clearance) - before,
+            normal,
         }
     }
 }

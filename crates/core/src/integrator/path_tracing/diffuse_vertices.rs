@@ -6,8 +6,8 @@ use core::any::Any;
 use core::f32::consts::FRAC_1_PI;
 
 use raywright_bvh::{
-    LaneAngles, LaneFloats, LaneTask, LaneVector, Ray, RayEndTriangles, Real, Simd, SimdFloats,
-    Vector, run_in_lanes_of,
+    Interval, LaneAngles, LaneFloats, LaneTask, LaneVector, Ray, Real, Simd, SimdFloats, Vector,
+    run_in_lanes_of,
 };
 
 use super::PathTracer;
@@ -27,7 +27,7 @@ const NEXT_NUMBER: f32 = 1.0 / (1 << 23) as f32;
 /// What vertices bring, in columns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShadedDiffuseLanes {
-    /// Origin of the next ray.
+    /// Origin of the next ray and of shadow rays.
     pub start: Vec3Column<f32>,
     /// Mask of the lanes whose sampled light arrives at the point and is reflected if nothing blocks
     /// it.
@@ -38,6 +38,11 @@ pub(super) struct ShadedDiffuseLanes {
     pub light_density: LaneColumn<f32>,
     /// Greatest component of the lamp's radiance.
     pub light_radiance: LaneColumn<f32>,
+    /// Mask of the lanes whose shadow rays have the following directions and lengths. Others end at the
+    /// exact place on their lamp.
+    pub ends_before_lamp: u32,
+    pub shadow_direction: Vec3Column<f32>,
+    pub shadow_length: LaneColumn<f32>,
     /// Place of the sampled point on the lamp, see [`RectangleLamps::surface`].
     pub lamp_place: [LaneColumn<f32>; 2],
     /// Reflected radiance times the path's throughput, if nothing blocks the light.
@@ -99,6 +104,19 @@ fn shade<F: LaneFloats>(
         add_numbers(zero.load_like(coarse), zero.load_like(fine)),
         [zero.load_like(x), zero.load_like(y)],
     );
+    let across = light.end - start;
+    let length = across.dot(across).sqrt();
+    let shadow_direction = across * (one / length);
+    // The ray must approach the lamp and leave the surface: then it meets neither.
+    let leaves = zero.like(LEAST_COSINE).select_less(
+        geometric.dot(shadow_direction),
+        light.end_margin,
+        none,
+    );
+    let ends_before_lamp = light
+        .normal
+        .dot(shadow_direction)
+        .select_less(none, leaves, none);
     let facing = normal.dot(light.direction);
     // The power heuristic of both techniques.
     let ratio = facing * zero.like(FRAC_1_PI) / light.density;
@@ -143,6 +161,9 @@ fn shade<F: LaneFloats>(
         lamp: light.lamp.to_array(),
         light_density: light.density.to_array(),
         light_radiance: light.radiance.max_element().to_array(),
+        ends_before_lamp: ends_before_lamp.positive_lanes(),
+        shadow_direction: shadow_direction.to_columns(),
+        shadow_length: length.to_array(),
         lamp_place: light.place.map(F::to_array),
         reflected: reflected.to_columns(),
         continues: (continues * is_finite).positive_lanes(),
@@ -193,7 +214,7 @@ impl<R: Real> PathTracer<'_, R> {
         let lamps = self
             .scene
             .lights
-            .rectangle_lamps()
+            .rectangle_lamps(&self.scene.geometry)
             .filter(|_| R::IS_SINGLE)?;
         let is_plain = |emitter: u32| {
             let light = LightId::Emitter(emitter);
@@ -237,27 +258,30 @@ impl<R: Real> PathTracer<'_, R> {
     ) {
         let index = batch.hit_indices[lane] as usize;
         let path = &mut slice.paths[slice.active[index] as usize];
-        let emitter = lamps.emitters[shaded.lamp[lane] as usize % LANES];
-        let mut ends = RayEndTriangles::NONE;
-        if self.has_triangle_ends {
-            ends.start = slice.hits[index].triangle_slot();
-            ends.target = self.scene.lights.emitters.triangles(emitter);
-        }
-        let place = shaded.lamp_place.map(|column| column[lane]);
-        let target = lamps.surface(shaded.lamp[lane] as usize, place);
-        let visible = match batch.surface.get_lane(lane).spawn_ray_to_surface(&target) {
-            Some((ray, range)) => {
-                let ray = ray.with_time(path.segment.ray.time);
-                self.shadow_transmittance((&ray, &ends), range, None, false)
-            }
-            // The lamp lies at the point: nothing blocks it.
-            None => R::ONE,
+        let light = LightId::Emitter(lamps.emitters[shaded.lamp[lane] as usize % LANES]);
+        let (ray, length, sides) = if shaded.ends_before_lamp >> lane & 1 != 0 {
+            let (start, direction) = (&shaded.start, &shaded.shadow_direction);
+            let ray = Ray::new(vector::<R>(start, lane), vector::<R>(direction, lane));
+            (ray, R::from_f32(shaded.shadow_length[lane]), [true; 2])
+        } else {
+            let place = shaded.lamp_place.map(|column| column[lane]);
+            let target = lamps.surface(shaded.lamp[lane] as usize, place);
+            let surface = batch.surface.get_lane(lane);
+            surface.spawn_unchecked_ray_to_surface(&target)
+        };
+        let ends = self.shadow_ray_ends(&slice.hits[index], light, sides);
+        // If the lamp lies at the point, nothing blocks it.
+        let visible = if length > R::ZERO && length.is_finite() {
+            let (min, ray) = (R::ZERO, ray.with_time(path.segment.ray.time));
+            let range = Interval { min, max: length };
+            self.shadow_transmittance((&ray, &ends), range, None, false)
+        } else {
+            R::ONE
         };
         if visible > R::ZERO {
             path.radiance += vector::<R>(&shaded.reflected, lane) * visible;
         }
-        self.usage
-            .count_ray(LightId::Emitter(emitter), visible > R::ZERO);
+        self.usage.count_ray(light, visible > R::ZERO);
     }
 
     /// Continues the path of a vertex, or ends it. Returns whether it goes on.

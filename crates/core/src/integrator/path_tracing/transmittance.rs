@@ -4,7 +4,7 @@ use raywright_bvh::{Hit, Interval, Ray, RayEndTriangles, Real, Vector};
 
 use super::super::PathSegment;
 use super::super::shadow::TransmittanceProduct;
-use super::shade::{ShadedLanes, ShadowRayLanes};
+use super::shade::ShadedLanes;
 use super::vertices::{VertexLanes, WavefrontSlice};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
@@ -43,7 +43,8 @@ impl<R: Real> PathTracer<'_, R> {
                     get_lane_vector::<R>(&shaded.shadow.directions, lane),
                 )
                 .with_time(path.segment.ray.time);
-                let ends = self.shadow_ray_ends(&slice.hits[index], light, (&shaded.shadow, lane));
+                let sides = [shaded.shadow.leaves[lane], shaded.shadow.reaches[lane]];
+                let ends = self.shadow_ray_ends(&slice.hits[index], light, sides);
                 self.shadow_transmittance(
                     (&ray, &ends),
                     Interval {
@@ -82,23 +83,23 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Returns the triangles that a shadow ray leaves and reaches, and therefore certainly does not
-    /// cross.
+    /// cross, given whether it leaves its origin's surface and reaches the light's.
     #[inline(always)]
-    fn shadow_ray_ends(
+    pub(super) fn shadow_ray_ends(
         &self,
         hit: &Hit<R>,
         light: LightId,
-        (shadow, lane): (&ShadowRayLanes<R>, usize),
+        [leaves, reaches]: [bool; 2],
     ) -> RayEndTriangles {
         let mut ends = RayEndTriangles::NONE;
         if !self.has_triangle_ends {
             return ends;
         }
-        if shadow.leaves[lane] {
+        if leaves {
             ends.start = hit.triangle_slot();
         }
         if let LightId::Emitter(i) = light
-            && shadow.reaches[lane]
+            && reaches
         {
             ends.target = self.scene.lights.emitters.triangles(i);
         }

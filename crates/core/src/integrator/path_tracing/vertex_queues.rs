@@ -19,22 +19,32 @@ use crate::sampler::{SamplePurpose, sample_2d};
 use crate::scene::AlphaMode;
 use crate::texture::NormalMapInput;
 
-/// Queues of vertices by kind: common surfaces without specular reflection, other common surfaces,
-/// and all remaining surfaces. Kept between wavefronts to reuse the memory of the lists.
+/// Kinds of vertices on common surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum CommonKind {
+    /// With specular reflection.
+    Glossy,
+    /// Without specular reflection.
+    Matte,
+    /// Without specular reflection, and the light is one of [`PathTracer::lamps`].
+    UnderLamp,
+}
+
+/// Queues of vertices by kind: common surfaces, and all remaining surfaces. Kept between wavefronts to
+/// reuse the memory of the lists.
 #[derive(Default)]
 pub(super) struct VertexQueues<R: Real> {
-    pub matte: VertexList<R>,
-    pub glossy: VertexList<R>,
+    /// By [`CommonKind`].
+    pub common: [VertexList<R>; 3],
     pub general: VertexList<R>,
     pub surfaces: GeneralSurfaces<R>,
-    /// Values of normal maps, each with the index of its vertex in the queue `glossy`.
+    /// Values of normal maps, each with the index of its vertex in the glossy queue.
     normal_maps: Vec<(usize, NormalMap<R>)>,
 }
 
 impl<R: Real> VertexQueues<R> {
     pub fn clear(&mut self) {
-        self.matte.clear();
-        self.glossy.clear();
+        self.common.iter_mut().for_each(VertexList::clear);
         self.general.clear();
         self.surfaces.clear();
         self.normal_maps.clear();
@@ -42,7 +52,7 @@ impl<R: Real> VertexQueues<R> {
 
     /// Perturbs the normals of the common surfaces with normal maps.
     pub fn perturb_normals(&mut self, interactions: &mut [Interaction<R>]) {
-        let vertices = self.glossy.batches();
+        let vertices = self.common[CommonKind::Glossy as usize].batches();
         for these in self.normal_maps.chunks(LANES) {
             let normals = perturb_lane_normals(|lane| &these[lane.min(these.len() - 1)].1);
             for (&(vertex, _), normal) in these.iter().zip(normals) {
@@ -111,11 +121,8 @@ impl<R: Real> PathTracer<'_, R> {
             );
         }
         // Normal maps are applied to the glossy queue alone.
-        let list = if model.is_matte() && bump.is_none() {
-            &mut vertices.matte
-        } else {
-            &mut vertices.glossy
-        };
+        let kind = self.common_kind(model.is_matte() && bump.is_none(), samples);
+        let list = &mut vertices.common[kind as usize];
         if let Some(bump) = bump {
             vertices.normal_maps.push((
                 list.len(),
@@ -131,6 +138,16 @@ impl<R: Real> PathTracer<'_, R> {
         );
         lanes.set_material_model(lane, &model);
         true
+    }
+
+    /// Returns the kind of a vertex on a common surface.
+    #[inline(always)]
+    pub(super) fn common_kind(&self, is_matte: bool, samples: &VertexSamples) -> CommonKind {
+        match &self.lamps {
+            _ if !is_matte => CommonKind::Glossy,
+            Some(lamps) if lamps.are_chosen(samples.light) => CommonKind::UnderLamp,
+            _ => CommonKind::Matte,
+        }
     }
 
     /// Evaluates the common surface of a material at a hit; `None` for a material of another kind.

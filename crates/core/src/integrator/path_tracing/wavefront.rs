@@ -244,31 +244,27 @@ impl<R: Real> PathTracer<'_, R> {
             self.scene.compensates,
         );
         let VertexQueues {
-            matte,
-            glossy,
+            common: [glossy, matte, under_lamps],
             general,
             surfaces,
             ..
         } = vertices;
-        let lamps = self.lamps.take();
-        match &lamps {
-            Some(lamps) => {
-                self.shade_diffuse_vertices(&mut slice, matte.batches(), lamps, survives)
-            }
-            None => self.shade_batches(
-                &mut slice,
-                (matte.batches(), requested),
-                survives,
-                |_, _, _, (vertices, lights), _| {
-                    run_widest(BsdfTask::<R, true> {
-                        vertices,
-                        lights,
-                        energy_compensation: compensated,
-                    })
-                },
-            ),
+        if let Some(lamps) = self.lamps.take() {
+            self.shade_diffuse_vertices(&mut slice, under_lamps.batches(), &lamps, survives);
+            self.lamps = Some(lamps);
         }
-        self.lamps = lamps;
+        self.shade_batches(
+            &mut slice,
+            (matte.batches(), requested),
+            survives,
+            |_, _, _, (vertices, lights), _| {
+                run_widest(BsdfTask::<R, true> {
+                    vertices,
+                    lights,
+                    energy_compensation: compensated,
+                })
+            },
+        );
         self.shade_batches(
             &mut slice,
             (glossy.batches(), requested),

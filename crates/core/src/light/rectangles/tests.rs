@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 use glam::Vec3;
 use raywright_bvh::Surface;
 use raywright_bvh::stability::verdicts::CaseRng;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::*;
 use crate::effects::EffectSet;
@@ -17,6 +17,11 @@ use crate::settings::Settings;
 /// A scene of `count` rectangles, `scale` times as large, some of which shine from both sides. `shift`
 /// moves all of them.
 pub(crate) fn lamps(count: u32, scale: f64, shift: f64) -> PreparedScene<f32> {
+    lamps_under(json!(null), count, scale, shift)
+}
+
+/// The scene of [`lamps`] under a sky.
+fn lamps_under(sky: Value, count: u32, scale: f64, shift: f64) -> PreparedScene<f32> {
     let quad = |i: u32| {
         let i = f64::from(i);
         let at = [2.5 * i, 3.0 + 0.2 * i, 0.3 * i].map(|x| (x + shift) * scale);
@@ -29,6 +34,7 @@ pub(crate) fn lamps(count: u32, scale: f64, shift: f64) -> PreparedScene<f32> {
     };
     let scene = serde_json::from_value(json!({
         "format": 1,
+        "sky": sky,
         "materials": [{ "name": "lamp", "model": { "physical": { "emission": [5, 4, 3] } } }],
         "objects": (0..count).map(quad).collect::<Vec<_>>(),
     }))
@@ -64,21 +70,29 @@ fn vec3(v: LaneVector<f32>) -> Vec3 {
 }
 
 /// Protects: a lamp is chosen as the light tree chooses it; the density of a point is that with which
-/// paths that hit the lamp are weighed, so that both weights sum to one; points lie on their lamp, as near as stated. One lamp to eight, tiny, huge and far from the origin.
+/// paths that hit the lamp are weighed, so that both weights sum to one; points lie on their lamp, and
+/// ends of shadow rays before it, as near as stated. One lamp to eight, tiny, huge, far from the origin,
+/// and under a sky, which other numbers choose.
 #[test]
 fn points_have_the_density_by_which_hits_are_weighed() {
-    for (count, scale, shift) in [
-        (1, 1.0, 0.0),
-        (2, 1.0, 0.0),
-        (8, 1.0, 0.0),
-        (6, 1e-6, 0.0),
-        (6, 1e8, 0.0),
-        (6, 1.0, 300.0),
+    let sky = json!({ "gradient": { "bottom": [0.2, 0.3, 0.5], "top": [0.6, 0.7, 0.9] } });
+    for (count, scale, shift, sky) in [
+        (1, 1.0, 0.0, None),
+        (2, 1.0, 0.0, None),
+        (8, 1.0, 0.0, None),
+        (6, 1e-6, 0.0, None),
+        (6, 1e8, 0.0, None),
+        (6, 1.0, 300.0, None),
+        (1, 1.0, 0.0, Some(&sky)),
+        (6, 1.0, 0.0, Some(&sky)),
     ] {
-        let prepared = lamps(count, scale, shift);
+        let is_under_sky = sky.is_some();
+        let prepared = lamps_under(json!(sky), count, scale, shift);
         let (lights, rng) = (&prepared.lights, &mut CaseRng::new(3, u64::from(count)));
-        let tables = lights.rectangle_lamps().expect("all lamps are rectangles");
-        let (mut seen, mut dark, mut by_area) = ([0; 8], 0, 0);
+        let tables = lights
+            .rectangle_lamps(&prepared.geometry)
+            .expect("all lamps are rectangles");
+        let (mut seen, mut dark, mut by_area, mut far) = ([0; 8], 0, 0, 0);
         for _ in 0..20_000 {
             let (from, normal) = receiver(rng, scale, shift);
             let [coarse, fine, u, v] = [(); 4].map(|()| rng.next_uniform(0.0, 1.0) as f32);
@@ -90,6 +104,12 @@ fn points_have_the_density_by_which_hits_are_weighed() {
             let chosen = lights
                 .light_sampler()
                 .sample::<f32>(from, normal, [coarse, fine]);
+            let is_far = matches!(chosen, Some((LightId::Sky, _)));
+            assert_eq!(tables.are_chosen([coarse, fine, u, v]), !is_far);
+            if is_far {
+                far += 1;
+                continue;
+            }
             let Some((light, probability)) = chosen else {
                 assert_eq!(found.density, 0.0);
                 dark += 1;
@@ -123,6 +143,19 @@ fn points_have_the_density_by_which_hits_are_weighed() {
                 end.error
             );
             let reach = (end.point.as_dvec3() - start).length();
+            // Nothing else is in the scene, so that only a far or near point needs the exact end.
+            let gap =
+                lamp_normal.dot(vec3(found.end).as_dvec3() - rectangle.corner) * height.signum();
+            let least = rectangle.end_distance();
+            let is_near = reach < 8.0 * CLEARANCE * f64::from(1 << 18) * least;
+            assert!(
+                gap > 0.7 * least && found.end_margin > 0.0 || !is_near,
+                "{gap:e}: {least:e}"
+            );
+            assert!(
+                gap < CLEARANCE * least || found.end_margin <= 0.0,
+                "{gap:e}: {least:e}"
+            );
             // Grazing rays magnify rounding in the plane.
             let slope = (height / reach).abs();
             if slope < 1e-3 {
@@ -152,8 +185,12 @@ fn points_have_the_density_by_which_hits_are_weighed() {
                 probability,
             );
             let off = (f64::from(found.density) / density - 1.0).abs();
-            // Rounding of the height above the lamp's plane has this share.
-            let bound = 4e-6 + 8.0 * 6e-8 * (size + reach) / height.abs();
+            // The bound of the module, and that of the hit point's rounding to `f32`.
+            let unit = f64::from(f32::EPSILON) / 2.0;
+            let bound = unit
+                * (64.0
+                    + 17.0 * (reach + x.length() + y.length()) / height.abs()
+                    + 4.0 * point.abs().max_element() / reach);
             let polygon_angle = probability / density;
             by_area += u32::from(polygon_angle < LEAST);
             // At the threshold both techniques may disagree.
@@ -170,6 +207,7 @@ fn points_have_the_density_by_which_hits_are_weighed() {
             "{count} lamps at {scale}, {shift}: {seen:?}"
         );
         assert!(dark > 500 && by_area > 500, "{dark} {by_area}");
+        assert_eq!(far > 9_000, is_under_sky, "{far}");
     }
 }
 
@@ -192,7 +230,10 @@ fn irradiance(corners: [DVec3; 4], from: DVec3) -> DVec3 {
 #[test]
 fn directions_to_a_rectangle_have_lamberts_mean() {
     let prepared = lamps(1, 1.0, 0.0);
-    let tables = prepared.lights.rectangle_lamps().expect("a rectangle");
+    let tables = prepared
+        .lights
+        .rectangle_lamps(&prepared.geometry)
+        .expect("a rectangle");
     let rectangle = prepared.lights.emitters.rectangle(0).expect("a rectangle");
     let [x, y] = rectangle.edges;
     let down = if rectangle.is_inside {
@@ -244,11 +285,66 @@ fn directions_to_a_rectangle_have_lamberts_mean() {
     assert!(large > 100 && small > 20, "{large} {small}");
 }
 
-/// Protects: lights of other shapes, more lights than a node has, textured lamps and a sky have no
+/// Protects: shadow rays end before a lamp only if nothing lies in the space between: no cover, near or at
+/// the end of this space, no other kind of shape; but surfaces in the lamp's plane, behind it, and beyond
+/// the space do not count, on either side of a lamp that shines from both.
+#[test]
+fn a_cover_before_a_lamp_takes_the_exact_end() {
+    let quad = |y: f64, r: f64| json!({ "quad": { "corner": [-r, y, -r], "edge_u": [2.0 * r, 0, 0], "edge_v": [0, 0, 2.0 * r] } });
+    let is_clear = |cover: Value, side: &str| {
+        let scene = serde_json::from_value(json!({
+            "format": 1,
+            "materials": [{ "name": "lamp", "model": { "physical": { "emission": 4 } } },
+                          { "name": "black", "model": { "physical": { "base_colour": 0 } } }],
+            "objects": [{ "material": "lamp", "side": side, "shape": quad(3.0, 0.5) },
+                        { "material": "black", "shape": cover }],
+        }))
+        .expect("a scene");
+        let settings = Settings {
+            integrator: Integrator::Path,
+            ..Settings::from_scene(&scene)
+        };
+        let prepared =
+            PreparedScene::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("a scene");
+        let tables = prepared.lights.rectangle_lamps(&prepared.geometry);
+        tables.expect("a lamp").clearance[0] > 0.0
+    };
+    // Sixteen times 2^-20 of the coordinate and 2^-22 of the edge.
+    let space = 16.0 * (3.0 + 0.25) / f64::from(1 << 20);
+    // The edges turn so that this quad shines downwards.
+    for (gap, both, outside) in [
+        (1e-6, false, false),
+        (space * 0.9, false, false),
+        (space * 1.1, true, true),
+        (0.0, true, true),
+        (-1e-6, false, true),
+        (-1.0, true, true),
+    ] {
+        for radius in [0.1, 0.5, 4.0] {
+            let cover = quad(3.0 - gap, radius);
+            assert_eq!(is_clear(cover.clone(), "both"), both, "{gap:e} both");
+            assert_eq!(is_clear(cover, "outside"), outside, "{gap:e} {radius}");
+        }
+        let plane = json!({ "plane": { "point": [0, 3.0 - gap, 0], "normal": [0, 1, 0] } });
+        assert_eq!(is_clear(plane, "outside"), outside, "{gap:e} plane");
+    }
+    for (radius, clear) in [(0.5, true), (1.0, false)] {
+        let ball = json!({ "sphere": { "centre": [0, 2, 0], "radius": radius } });
+        assert_eq!(is_clear(ball, "outside"), clear, "{radius}");
+    }
+}
+
+/// Protects: lights of other shapes, more lights than a node has and textured lamps have no
 /// tables, so that they are sampled by the tree.
 #[test]
 fn other_lights_have_no_tables() {
-    assert!(lamps(9, 1.0, 0.0).lights.rectangle_lamps().is_none());
+    let prepared = lamps(9, 1.0, 0.0);
+    assert!(
+        prepared
+            .lights
+            .rectangle_lamps(&prepared.geometry)
+            .is_none()
+    );
     let corners = |skew: f64| {
         [
             DVec3::ZERO,

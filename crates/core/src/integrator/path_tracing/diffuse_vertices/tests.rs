@@ -94,6 +94,7 @@ fn alone(vertices: &VertexLanes<f32>, lane: usize) -> VertexLanes<f32> {
 fn lane_bits(shaded: &ShadedDiffuseLanes, lane: usize) -> Vec<u32> {
     let columns = [
         shaded.start,
+        shaded.shadow_direction,
         shaded.reflected,
         shaded.direction,
         shaded.throughput,
@@ -104,9 +105,16 @@ fn lane_bits(shaded: &ShadedDiffuseLanes, lane: usize) -> Vec<u32> {
         shaded.light_radiance,
         shaded.lamp_place[0],
         shaded.lamp_place[1],
+        shaded.shadow_length,
         shaded.density,
     ];
-    let masks = [shaded.lit, shaded.continues, shaded.overflows].map(|mask| mask >> lane & 1);
+    let masks = [
+        shaded.lit,
+        shaded.ends_before_lamp,
+        shaded.continues,
+        shaded.overflows,
+    ]
+    .map(|mask| mask >> lane & 1);
     columns
         .as_flattened()
         .iter()
@@ -121,7 +129,10 @@ fn lane_bits(shaded: &ShadedDiffuseLanes, lane: usize) -> Vec<u32> {
 fn registers_of_any_width_have_the_bits_of_one_vertex() {
     for count in [1, 6] {
         let prepared = rectangle_lamps_scene(count, 1.0, 0.0);
-        let lamps = &prepared.lights.rectangle_lamps().expect("rectangles");
+        let lamps = &prepared
+            .lights
+            .rectangle_lamps(&prepared.geometry)
+            .expect("rectangles");
         let rng = &mut CaseRng::new(11, 0);
         for _ in 0..500 {
             let vertices = &random_vertices(rng, 1.0);
@@ -150,9 +161,12 @@ fn registers_of_any_width_have_the_bits_of_one_vertex() {
 fn vertices_follow_the_formulas() {
     for scale in [1e-6, 1.0, 1e8] {
         let prepared = rectangle_lamps_scene(6, f64::from(scale), 0.0);
-        let lamps = &prepared.lights.rectangle_lamps().expect("rectangles");
+        let lamps = &prepared
+            .lights
+            .rectangle_lamps(&prepared.geometry)
+            .expect("rectangles");
         let rng = &mut CaseRng::new(13, 0);
-        let (mut lit, mut continued, mut ended) = (0, 0, 0);
+        let (mut lit, mut before_lamp, mut continued, mut ended) = (0, 0, 0, 0);
         for _ in 0..2_000 {
             let vertices = &random_vertices(rng, scale);
             let shaded =
@@ -184,6 +198,18 @@ fn vertices_follow_the_formulas() {
                     let across = (lamp.point - surface.point).as_dvec3();
                     let (direction, length) = (across.normalize(), across.length());
                     assert!(is_facing);
+                    // The shadow ray ends beside the point, on the side of the vertex.
+                    let ray = vector(&shaded.shadow_direction) * shaded.shadow_length[lane];
+                    let beside = (start + ray - lamp.point).as_dvec3();
+                    let off = beside.length() / (f64::from(scale) + length);
+                    let height = beside.dot(lamp.normal.as_dvec3());
+                    let is_before = height * lamp.normal.as_dvec3().dot(-across) > 0.0;
+                    let ends_before_lamp = shaded.ends_before_lamp >> lane & 1 != 0;
+                    assert!(
+                        off < 6e-5 && is_before || !ends_before_lamp,
+                        "{off:e} {height:e}"
+                    );
+                    before_lamp += u32::from(ends_before_lamp);
                     let density = f64::from(shaded.light_density[lane]);
                     let cosine = normal.as_dvec3().dot(direction);
                     let radiance = DVec3::new(5.0, 4.0, 3.0);
@@ -241,8 +267,8 @@ fn vertices_follow_the_formulas() {
             }
         }
         assert!(
-            lit > 1_000 && continued > 1_000 && ended > 1_000,
-            "{lit} {continued} {ended}"
+            lit > 1_000 && before_lamp > lit / 2 && continued > 1_000 && ended > 1_000,
+            "{lit} {before_lamp} {continued} {ended}"
         );
     }
 }
@@ -253,7 +279,10 @@ fn vertices_follow_the_formulas() {
 fn scattered_directions_have_their_density() {
     const SIDE: usize = 256;
     let prepared = rectangle_lamps_scene(1, 1.0, 0.0);
-    let lamps = &prepared.lights.rectangle_lamps().expect("a rectangle");
+    let lamps = &prepared
+        .lights
+        .rectangle_lamps(&prepared.geometry)
+        .expect("a rectangle");
     let mut vertices = random_vertices(&mut CaseRng::new(17, 0), 1.0);
     for (columns, z) in [
         (&mut vertices.geometric, 1.0),

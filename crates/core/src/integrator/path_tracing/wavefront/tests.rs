@@ -341,9 +341,15 @@ fn uniform_or_general<R: Real>(scale: f64) {
 /// counters; and the light of vertices that are shaded in steps.
 #[test]
 fn rectangles_light_matte_surfaces_as_other_lamps() {
+    rectangles_or_steps(false);
+    rectangles_or_steps(true);
+}
+
+/// The test above, with a sky or without.
+fn rectangles_or_steps(under_sky: bool) {
     let mut scene = uniform_meshes(1.0);
     scene.lights.clear();
-    scene.sky = None;
+    scene.sky = scene.sky.filter(|_| under_sky);
     // The lamps that are no rectangles.
     scene.objects.remove(10);
     scene.objects.remove(6);

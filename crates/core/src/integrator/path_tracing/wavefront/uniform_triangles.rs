@@ -93,7 +93,7 @@ impl<R: Real> PathTracer<'_, R> {
         vertices.clear();
         survives.clear();
         let scene = self.scene;
-        let mut pending = [PendingSurfaces::new(), PendingSurfaces::new()];
+        let mut pending = [(); 3].map(|()| PendingSurfaces::new());
         for (k, (&index, hit)) in active.iter().zip(&*hits).enumerate().take(*uniform) {
             let path = &mut paths[index as usize];
             if self.has_triangle_ends {
@@ -114,14 +114,11 @@ impl<R: Real> PathTracer<'_, R> {
             };
             survives.push(true);
             let is_matte = record.uniform == Some(UniformSurface::Matte);
-            let [matte, glossy] = &mut pending;
-            let (list, pending) = if is_matte {
-                (&mut vertices.matte, matte)
-            } else {
-                (&mut vertices.glossy, glossy)
-            };
-            let batch = list.batch_with_free_lane();
             let samples = VertexSamples::from_draws(draws, active.len(), k);
+            // By an index: a choice between references would be made for each column.
+            let kind = self.common_kind(is_matte, &samples) as usize;
+            let (list, pending) = (&mut vertices.common[kind], &mut pending[kind]);
+            let batch = list.batch_with_free_lane();
             let lane = batch.push_path(
                 k as u32,
                 (path, &samples),
@@ -139,8 +136,7 @@ impl<R: Real> PathTracer<'_, R> {
                 pending.flush(batch);
             }
         }
-        let [matte, glossy] = &mut pending;
-        for (list, pending) in [(&mut vertices.matte, matte), (&mut vertices.glossy, glossy)] {
+        for (list, pending) in vertices.common.iter_mut().zip(&mut pending) {
             if let Some(batch) = list.batches().last_mut().filter(|batch| !batch.is_full()) {
                 pending.flush(batch);
             }
