@@ -21,7 +21,7 @@ use crate::effects::{Effect, EffectReport, EffectSet, RenderSetup};
 use crate::extent::{self, SceneExtent};
 use crate::fault::Fault;
 use crate::lookup::SceneLookup;
-use crate::memory::can_allocate;
+use crate::memory::{MemoryUse, can_allocate};
 use crate::observer::Observer;
 use crate::prepare::{self, PrepareError, PreparedScene};
 use crate::scene::{Camera, Integrator, Light, Scene, Sky};
@@ -109,13 +109,7 @@ fn prepare_listed_lights(
     settings.check().map_err(PrepareError::Settings)?;
     let render_setup = RenderSetup::new(scene, settings);
     let simulated = render_setup.effects.simulated();
-    let needed = estimate_memory(&render_setup);
-    if let Some(allowed) = settings
-        .max_memory
-        .filter(|&allowed| needed.total() > allowed)
-    {
-        return Err(PrepareError::Memory { needed, allowed });
-    }
+    let needed = estimate_memory_within_limit(&render_setup)?;
     if !can_allocate(bytes_still_to_allocate(&needed, scene)) {
         return Err(PrepareError::OutOfMemory { needed });
     }
@@ -133,6 +127,18 @@ fn prepare_listed_lights(
         effects: render_setup.effects,
         has_headlight: false,
     })
+}
+
+/// Estimates the memory of a render.
+///
+/// # Errors
+/// [`PrepareError::Memory`] beyond the limit of the settings.
+fn estimate_memory_within_limit(setup: &RenderSetup<'_>) -> Result<MemoryUse, PrepareError> {
+    let needed = estimate_memory(setup);
+    match setup.settings.max_memory {
+        Some(allowed) if needed.total() > allowed => Err(PrepareError::Memory { needed, allowed }),
+        _ => Ok(needed),
+    }
 }
 
 /// Returns the extent of a scene in world units, with coordinates rounded as in the given
@@ -181,15 +187,26 @@ impl ReadyScene {
     /// changes nothing if the new camera requires a new preparation: because of a shutter, other
     /// effects, or effects switched off.
     pub fn replace_camera(&mut self, scene: &Scene, camera: &Camera) -> bool {
+        self.replace_view(scene, camera, self.settings.size)
+    }
+
+    /// Replaces the camera and the size of the picture, as [`Self::replace_camera`]. A picture that
+    /// takes too much memory requires a new preparation, which refuses it.
+    pub fn replace_view(&mut self, scene: &Scene, camera: &Camera, size: [u32; 2]) -> bool {
         let settings = Settings {
             camera: Some(camera.clone()),
+            size,
             ..self.settings.clone()
         };
+        let setup = RenderSetup::new(scene, &settings);
+        if size != self.settings.size && estimate_memory_within_limit(&setup).is_err() {
+            return false;
+        }
         let RenderSetup {
             settings: prepared,
             effects,
             ..
-        } = RenderSetup::new(scene, &settings);
+        } = setup;
         let has_shutter = |settings: &Settings| {
             settings
                 .camera

@@ -264,9 +264,10 @@ impl Silhouette {
         }
     }
 
-    /// Returns the camera that shows the whole silhouette from a view. `vertical_fov` is in
-    /// degrees. The silhouette is centred and fills `FRAMED_SHARE` of the picture's width or
-    /// height, whichever limits its size, for every field of view and aspect ratio.
+    /// Returns the camera that shows the whole silhouette from a view. `vertical_fov` is in degrees;
+    /// 0 stands for an orthographic camera. The silhouette is centred and fills `FRAMED_SHARE` of
+    /// the picture's width or height, whichever limits its size, for every field of view and aspect
+    /// ratio.
     pub fn frame_camera(&self, view: ViewAngles, vertical_fov: f64, aspect: f64) -> Camera {
         let corners = Aabb::from_centre(DVec3::ZERO, DVec3::ONE).corners();
         let points = if self.points.is_empty() {
@@ -293,7 +294,13 @@ impl Silhouette {
         } else {
             centre.abs().max_element().max(1e6) * 1e-6
         };
-        let distance = viewed.least_distance(room);
+        let is_parallel = vertical_fov == 0.0;
+        let height = viewed.parallel_height(aspect) / FRAMED_SHARE;
+        // The distance of an orthographic camera does not change its picture.
+        let distance = match is_parallel {
+            true => 2.0 * size + height.max(room),
+            false => viewed.least_distance(room),
+        };
         let [x, y] = viewed.silhouette_centre(distance);
         let target = centre + right * x + up * y;
         // The world's up direction, unless the view is nearly along that direction.
@@ -309,10 +316,15 @@ impl Silhouette {
                 target: target.to_array(),
                 up: upright.to_array(),
             },
-            projection: Projection::Pinhole(Pinhole {
-                vertical_fov: Some(vertical_fov),
-                ..Pinhole::default()
-            }),
+            projection: match is_parallel {
+                true => Projection::Orthographic {
+                    height: height.max(room),
+                },
+                false => Projection::Pinhole(Pinhole {
+                    vertical_fov: Some(vertical_fov),
+                    ..Pinhole::default()
+                }),
+            },
             aspect: None,
             fit: Default::default(),
             pose_end: None,

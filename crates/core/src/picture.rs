@@ -1,5 +1,7 @@
 //! Picture in memory. Films produce it; image files, displays and metrics read it.
 
+use crate::display::curve::luminance;
+
 /// Picture: linear scene-referred colour, optional coverage (alpha) and any number of additional
 /// layers.
 ///
@@ -23,6 +25,14 @@ pub struct Picture {
     pub layers: Vec<PictureLayer>,
     /// Position of a rendered crop in the whole picture; `None` for a whole picture.
     pub window: Option<DataWindow>,
+}
+
+/// Radiance of drawn lines, such as those of a wireframe: on bright surfaces, and on dark surfaces.
+pub(crate) const LINE_RADIANCES: [f64; 2] = [0.01, 0.6];
+
+/// Whether a base colour is so dark that lines on it are bright.
+pub(crate) fn needs_bright_lines(colour: [f64; 3]) -> bool {
+    luminance(colour) <= 0.12
 }
 
 /// Position of a rendered crop in the whole picture. It corresponds to the data window in the

@@ -3,6 +3,7 @@
 
 mod camera_samples;
 mod corner_samples;
+mod feature_edges;
 mod first_hits;
 mod output;
 mod queue;

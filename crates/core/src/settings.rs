@@ -125,6 +125,9 @@ pub enum Aov {
     Object,
     /// Index of the material that the ray through the pixel's centre hits; −1 for the sky.
     Material,
+    /// Share of the pixel that feature edges cover: outlines, borders, steps and creases. It is
+    /// negative where lines are bright, on dark surfaces. A picture with this layer shows the lines.
+    Edges,
     /// Number of finite samples of the pixel.
     Samples,
     /// Standard error of the pixel's mean, per channel. It is estimated from the means of the
@@ -138,7 +141,7 @@ pub enum Aov {
 
 impl Aov {
     /// Every layer with its name on the command line.
-    pub const ALL: [(&'static str, Self); 9] = [
+    pub const ALL: [(&'static str, Self); 10] = [
         ("albedo", Self::Albedo),
         ("normal", Self::Normal),
         ("position", Self::Position),
@@ -146,6 +149,7 @@ impl Aov {
         ("depth", Self::Depth),
         ("object", Self::Object),
         ("material", Self::Material),
+        ("edges", Self::Edges),
         ("samples", Self::Samples),
         ("stderr", Self::StandardError),
     ];

@@ -23,6 +23,8 @@
 //! picture. It assumes nothing about the filter, only that the halves are independent: the replicates
 //! of a half may share a net. `error_estimate` derives an interval.
 //!
+//! A film of too few samples has a `sketch` instead, without an estimate.
+//!
 //! The bits of the result depend on the film alone: tiles have a fixed size, and sums are added row
 //! by row. Pixels at the edge of a crop have fewer neighbours than in the whole picture.
 
@@ -39,6 +41,7 @@ mod pixel_statistics;
 mod plane;
 pub(crate) mod requirements;
 mod row_kernels;
+mod sketch;
 #[cfg(test)]
 mod tests;
 
@@ -53,6 +56,7 @@ use crate::picture::{Picture, PictureLayer};
 use crate::settings::Aov;
 use requirements::{CANDIDATES, PixelCandidates, REPLICATE_COUNT};
 pub use requirements::{FEWEST_SAMPLES, REQUIRED_LAYERS, is_denoisable_sampling};
+pub use sketch::sketch;
 
 /// Width and height in pixels of the tiles that are filtered as units.
 const TILE: [usize; 2] = [128, 64];
@@ -196,6 +200,6 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<DenoiseOutput, De
         candidate_mixture::remove_changes(&four, &mut pixels);
         denoised = estimate(&pixels);
     }
-    film.subtract_backdrop(&mut denoised.picture);
+    film.finish_picture(&mut denoised.picture);
     Ok(denoised)
 }

@@ -83,6 +83,54 @@ fn flat_pictures_lose_their_noise() {
     );
 }
 
+/// Protects: a sketch loses most of strong noise and its single bright samples, keeps texture and the
+/// edge of a shadow, and gains and loses little light; a film without the layers has none.
+#[test]
+fn sketches_lose_noise_and_keep_edges() {
+    let truth = |pixel: usize| {
+        let (x, y) = (pixel % 96, pixel / 96);
+        let albedo = if (x / 4 + y / 4) % 2 == 0 { 0.8 } else { 0.2 };
+        (albedo, if x < 48 { 1.0 } else { 0.2 })
+    };
+    let film = film_of([96, 64], |pixel, replicate| {
+        let (albedo, light) = truth(pixel);
+        let firefly = if pixel % 501 == 7 { 30.0 } else { 0.0 };
+        let factor = 1.0 + noise(5, pixel, replicate, 0) + firefly;
+        ReplicateSample {
+            radiance: [albedo * light * factor; 3],
+            emission: [0.0; 3],
+            albedo: [albedo; 3],
+        }
+    });
+    let sketched = sketch(&film).expect("all layers");
+    let radiance = |pixel| truth(pixel).0 * truth(pixel).1;
+    let [before, after] = [&film.picture(), &sketched].map(|picture| error(picture, radiance));
+    assert!(before / after > 40.0, "{before} became {after}");
+    let column = |x: usize| {
+        let rows = (0..64).map(|y| {
+            let pixel = y * 96 + x;
+            f64::from(sketched.rgb[pixel][0]) / truth(pixel).0
+        });
+        rows.sum::<f64>() / 64.0
+    };
+    assert!(
+        column(43) > 0.8 && column(52) < 0.4,
+        "{} {}",
+        column(43),
+        column(52)
+    );
+    let total = |picture: &Picture| picture.rgb.iter().map(|rgb| f64::from(rgb[0])).sum::<f64>();
+    let expected: f64 = (0..96 * 64).map(radiance).sum();
+    assert!(
+        (total(&sketched) / expected - 1.0).abs() < 0.1,
+        "{}",
+        total(&sketched) / expected
+    );
+    let mut bare = film.clone();
+    bare.plan.layers = Vec::new().into();
+    assert!(sketch(&bare).is_none());
+}
+
 /// Protects: directly visible lamps and skies lose their noise too, and texture as strong as the
 /// noise stays, because light over albedo is flat.
 #[test]

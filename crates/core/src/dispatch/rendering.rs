@@ -6,9 +6,11 @@ use raywright_bvh::Real;
 
 use super::{PreparedInPrecision, ReadyScene};
 use crate::camera::PreparedCamera;
+use crate::denoise::{REQUIRED_LAYERS, sketch};
 use crate::film::{ErrorProgress, Film, FilmMergeError, FilmPart, FilmPlan};
 use crate::integrator::{PathTracer, WhittedTracer};
 use crate::observer::Observer;
+use crate::picture::Picture;
 use crate::prepare::PreparedScene;
 use crate::render::{RenderOutput, RenderStage, render};
 use crate::scene::SamplePattern;
@@ -118,7 +120,7 @@ impl ReadyScene {
     /// are counted from the top left corner, so the last column and row may reach beyond the
     /// picture. Each pixel has at most `samples` samples, or one at its centre under a fixed
     /// pattern. The preview has the given layers, uses the prepared scene, and takes a fraction of
-    /// the picture's time.
+    /// the picture's time. Of a picture to be denoised, the preview is a [`sketch`].
     pub fn render_preview(
         &self,
         edge: u32,
@@ -132,6 +134,14 @@ impl ReadyScene {
             fixed => fixed,
         };
         let value_of = |pixels: u32| pixels.div_ceil(edge);
+        let guides = REQUIRED_LAYERS.iter().filter(|_| self.settings.denoise);
+        let lines = self.settings.aovs.iter().filter(|aov| **aov == Aov::Edges);
+        let mut layers = layers.to_vec();
+        for aov in guides.chain(lines) {
+            if !layers.contains(aov) {
+                layers.push(*aov);
+            }
+        }
         let settings = Settings {
             crop: self.settings.crop.map(|crop| {
                 let [x, y] = [crop.x, crop.y].map(|start| start / edge);
@@ -142,9 +152,15 @@ impl ReadyScene {
                     height: value_of(crop.y + crop.height) - y,
                 }
             }),
-            ..self.preview_settings(edge, sampling, layers)
+            ..self.preview_settings(edge, sampling, &layers)
         };
-        self.render_with_large_pixels(edge, &settings, observer)
+        let film = self.render_with_large_pixels(edge, &settings, observer);
+        let mut output = RenderOutput::from_film_without_denoising(&film);
+        if let Some(picture) = sketch(&film).filter(|_| self.settings.denoise) {
+            let layers = core::mem::take(&mut output.picture.layers);
+            output.picture = Picture { layers, ..picture };
+        }
+        output
     }
 
     /// Returns the colours of lit objects in a small picture of the whole view: of each pixel that
@@ -165,7 +181,7 @@ impl ReadyScene {
         };
         let picture = self
             .render_with_large_pixels(edge, &settings, observer)
-            .picture;
+            .picture();
         let objects = picture.layer("object.id");
         let shows_object = |pixel: usize| objects.is_some_and(|layer| layer.samples[pixel] >= 0.0);
         let pixels = 0..picture.rgb.len();
@@ -201,7 +217,7 @@ impl ReadyScene {
         edge: u32,
         settings: &Settings,
         observer: &dyn Observer,
-    ) -> RenderOutput {
+    ) -> Film {
         let mut film = Film::new(
             "",
             settings,
@@ -212,7 +228,7 @@ impl ReadyScene {
             let camera = prepared.camera.with_preview_pixels(edge);
             self.render_with_integrator((prepared, &camera), settings, (&mut film, &part), observer);
         });
-        RenderOutput::from_film_without_denoising(&film)
+        film
     }
 
     /// Returns an empty film, to be rendered part by part. `scene` is a text that identifies the

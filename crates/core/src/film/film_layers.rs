@@ -11,7 +11,7 @@ pub(crate) struct FilmLayers {
     pub(super) asked: Vec<Aov>,
     /// Means over the first hits of all samples.
     pub mean: Vec<(Aov, [&'static str; 3])>,
-    /// Values at the first hit of the pixel-centre ray.
+    /// Values at the first hit of the pixel-centre ray, or of a grid of such rays.
     pub centre: Vec<(Aov, &'static str)>,
     /// Whether the film has the layer of sample counts, computed from the pixel's sums.
     pub samples: bool,
@@ -38,6 +38,7 @@ impl From<Vec<Aov>> for FilmLayers {
                 Aov::Depth => centre.push((aov, "depth.Z")),
                 Aov::Object => centre.push((aov, "object.id")),
                 Aov::Material => centre.push((aov, "material.id")),
+                Aov::Edges => centre.push((aov, "edges.V")),
                 Aov::Samples | Aov::StandardError => {}
             }
         }

@@ -1,7 +1,7 @@
 //! Computes the picture of a film: colours, coverage, layers and standard errors from the sums.
 
 use super::{Film, ReplicateStats};
-use crate::picture::{Picture, PictureLayer};
+use crate::picture::{LINE_RADIANCES, Picture, PictureLayer};
 use crate::settings::Aov;
 
 impl Film {
@@ -74,7 +74,7 @@ impl Film {
         let (plan, planes) = (&self.plan, self.replicate_stats());
         let all = 0..plan.pixel_count();
         let mut picture = self.mean_colours();
-        self.subtract_backdrop(&mut picture);
+        self.finish_picture(&mut picture);
         let mut layers: Vec<(&str, Vec<f32>)> = Vec::new();
         for (k, (aov, names)) in plan
             .layers
@@ -134,13 +134,43 @@ impl Film {
         picture
     }
 
+    /// Completes a picture of the film's colours by its coverage and its feature edges.
+    pub(crate) fn finish_picture(&self, picture: &mut Picture) {
+        if self.plan.alpha {
+            self.subtract_backdrop(picture);
+        }
+        for (pixel, &edge) in (0..).zip(self.centre_layer(Aov::Edges).into_iter().flatten()) {
+            let (share, radiance) = (edge.abs(), LINE_RADIANCES[usize::from(edge < 0.0)] as f32);
+            let rgb: &mut [f32; 3] = &mut picture.rgb[pixel];
+            *rgb = rgb.map(|channel| channel + share * (radiance - channel));
+            if let Some(alpha) = &mut picture.alpha {
+                alpha[pixel] += share * (1.0 - alpha[pixel]);
+            }
+            if let Some(shadow) = &mut picture.shadow {
+                shadow[pixel] *= 1.0 - share;
+            }
+        }
+    }
+
+    /// Returns a layer of pixel-centre rays, if the film has it.
+    pub(crate) fn centre_layer(&self, aov: Aov) -> Option<&[f32]> {
+        let mut layers = self.plan.layers.centre.iter();
+        let index = layers.position(|(layer, _)| *layer == aov)?;
+        self.centre_layers.get(index).map(Vec::as_slice)
+    }
+
+    /// Returns a layer of means over the samples, if the film has it.
+    pub(crate) fn mean_layer(&self, aov: Aov) -> Option<Vec<[f32; 3]>> {
+        let mut layers = self.plan.layers.mean.iter();
+        let index = layers.position(|(layer, _)| *layer == aov)?;
+        let value = |pixel| core::array::from_fn(|i| self.layer_mean(index, aov, i, pixel));
+        Some((0..self.plan.pixel_count()).map(value).collect())
+    }
+
     /// Adds the coverage to a picture of the film's colours, and subtracts the backdrop behind a
     /// ground. A pixel of ground alone has no colour; its shadow is computed from the picture's
     /// colour, so that denoising applies to the shadow too.
-    pub(crate) fn subtract_backdrop(&self, picture: &mut Picture) {
-        if !self.plan.alpha {
-            return;
-        }
+    fn subtract_backdrop(&self, picture: &mut Picture) {
         let (planes, all) = (self.replicate_stats(), 0..self.plan.pixel_count());
         let mut alpha: Vec<f32> = all
             .clone()

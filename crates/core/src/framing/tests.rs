@@ -31,14 +31,14 @@ fn quads(quads: &[[[f64; 3]; 4]]) -> Scene {
 /// right, bottom and top.
 fn reach(camera: &Camera, points: &[DVec3], aspect: f64) -> [f64; 4] {
     let (eye, frame) = crate::camera::eye_and_axes(&camera.pose);
-    let Projection::Pinhole(Pinhole {
-        vertical_fov: Some(fov),
-        ..
-    }) = camera.projection
-    else {
-        panic!("{camera:?}")
+    let (half, height) = match camera.projection {
+        Projection::Pinhole(Pinhole {
+            vertical_fov: Some(fov),
+            ..
+        }) => (libm::tan(fov.to_radians() * 0.5), 0.0),
+        Projection::Orthographic { height } => (0.0, height),
+        _ => panic!("{camera:?}"),
     };
-    let half = libm::tan(fov.to_radians() * 0.5);
     let mut reach = [
         f64::INFINITY,
         f64::NEG_INFINITY,
@@ -48,7 +48,8 @@ fn reach(camera: &Camera, points: &[DVec3], aspect: f64) -> [f64; 4] {
     for &point in points {
         let p = frame.transpose() * (point - eye);
         assert!(p.z < 0.0, "{point} is behind {camera:?}");
-        let (x, y) = (p.x / (-p.z * half * aspect), p.y / (-p.z * half));
+        let half = -p.z * half + 0.5 * height;
+        let (x, y) = (p.x / (half * aspect), p.y / half);
         reach = [
             reach[0].min(x),
             reach[1].max(x),
@@ -108,7 +109,13 @@ fn silhouettes_fill_their_share() {
         .iter()
         .flat_map(|model| views.clone().map(move |view| (model, view)))
     {
-        for (fov, aspect) in [(40.0, 16.0 / 9.0), (5.0, 1.0), (100.0, 0.5)] {
+        for (fov, aspect) in [
+            (40.0, 16.0 / 9.0),
+            (5.0, 1.0),
+            (100.0, 0.5),
+            (0.0, 1.5),
+            (0.0, 0.7),
+        ] {
             let (silhouette, points) = model;
             let [left, right, bottom, top] =
                 reach(&silhouette.frame_camera(view, fov, aspect), points, aspect);
@@ -313,13 +320,16 @@ fn degenerate_scenes_have_a_view() {
             .into_iter()
             .chain([silhouette.default_view()])
         {
-            let camera = silhouette.frame_camera(view, 40.0, 1.6);
-            let (eye, frame) = crate::camera::eye_and_axes(&camera.pose);
-            assert!(
-                eye.is_finite() && frame.is_finite() && (frame.determinant() - 1.0).abs() < 1e-9,
-                "{camera:?}"
-            );
-            reach(&camera, &silhouette.points, 1.6);
+            for fov in [40.0, 0.0] {
+                let camera = silhouette.frame_camera(view, fov, 1.6);
+                let (eye, frame) = crate::camera::eye_and_axes(&camera.pose);
+                let is_right = (frame.determinant() - 1.0).abs() < 1e-9;
+                assert!(
+                    eye.is_finite() && frame.is_finite() && is_right,
+                    "{camera:?}"
+                );
+                reach(&camera, &silhouette.points, 1.6);
+            }
         }
     }
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 /// The sides of the view are slanted, because its width grows with the distance.
 pub(super) struct ViewedPoints {
     pub points: Vec<DVec3>,
-    /// Half the width and half the height of the view, per unit of distance.
+    /// Half the width and half the height of the view, per unit of distance; 0 in a parallel view.
     pub slopes: [f64; 2],
 }
 
@@ -42,6 +42,14 @@ impl ViewedPoints {
             .map(|p| p.z)
             .fold(f64::NEG_INFINITY, f64::max);
         across.max(upright).max(nearest + room)
+    }
+
+    /// Returns the height of a parallel view, with this ratio of width to height, that has all points
+    /// in its picture.
+    pub fn parallel_height(&self, aspect: f64) -> f64 {
+        let [across, upright] =
+            [0, 1].map(|axis| self.slanted_extents(axis, 0.0).iter().sum::<f64>());
+        upright.max(across / aspect)
     }
 
     /// Returns the position of the silhouette's centre along right and up, for a camera at this

@@ -12,6 +12,8 @@ use crate::prepare::{PreparedMaterial, PreparedScene};
 pub(crate) struct FirstHit {
     pub albedo: [f64; 3],
     pub normal: [f64; 3],
+    /// Geometric unit normal, on the side of the ray.
+    pub face: [f64; 3],
     pub position: [f64; 3],
     pub distance: f64,
     pub object: u32,
@@ -39,6 +41,9 @@ impl FirstHit {
         Self {
             albedo: albedo.to_f64().to_array(),
             normal: interaction.normal.to_f64().to_array(),
+            face: (interaction.surface.normal.to_f64()
+                * if interaction.outside { 1.0 } else { -1.0 })
+            .to_array(),
             position: scene.to_world(interaction.surface.point).to_array(),
             distance: interaction.distance.to_f64(),
             object: interaction.object,

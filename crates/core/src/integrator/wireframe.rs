@@ -8,20 +8,13 @@ use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
 
 use super::PathSegment;
-use crate::display::curve::luminance;
 use crate::interaction::Interaction;
+use crate::picture::{LINE_RADIANCES, needs_bright_lines};
 use crate::prepare::{PreparedMaterial, PreparedScene};
 
 /// Greatest width of a line on one triangle, relative to the distance from the edge to the opposite
 /// corner.
 const WIDEST: f64 = 1.0 / 12.0;
-
-/// Radiance of lines on bright surfaces.
-const DARK: f64 = 0.01;
-/// Radiance of lines on dark surfaces.
-const BRIGHT: f64 = 0.6;
-/// Threshold of the base colour's luminance: surfaces above it are bright, others dark.
-const BETWEEN: f64 = 0.12;
 
 impl<R: Real> PreparedScene<R> {
     /// Returns the colour of an edge at a hit. `None` beside edges, on shapes without triangles, on
@@ -76,8 +69,8 @@ impl<R: Real> PreparedScene<R> {
             PreparedMaterial::Physical(m) => m.base_colour_at(&context),
             PreparedMaterial::Unused => Vector::ZERO,
         };
-        let is_bright = luminance(colour.to_f64().to_array()) > BETWEEN;
-        Vector::splat(R::from_f64(if is_bright { DARK } else { BRIGHT }))
+        let is_dark = needs_bright_lines(colour.to_f64().to_array());
+        Vector::splat(R::from_f64(LINE_RADIANCES[usize::from(is_dark)]))
     }
 }
 

@@ -56,6 +56,8 @@ impl<R: Real> StudioGround<R> {
 /// Display brightness, 0 to 1, above which surfaces count as bright. It lies halfway between the
 /// display codes of the dark and of the light backdrop.
 const BRIGHT: f64 = 0.48;
+/// Least alpha of surfaces that determine the backdrop, and of those that do if no others exist.
+const LEAST_ALPHAS: [f64; 2] = [0.5, 0.02];
 /// Approximate radiance of a white surface that a studio lights.
 const LIT: f64 = 0.7;
 
@@ -83,8 +85,9 @@ impl<R: Real> PreparedScene<R> {
             return;
         }
         let radiance = studio.backdrop.or(self.studio_backdrop).unwrap_or_else(|| {
-            let is_bright = self
-                .median_object_brightness()
+            let is_bright = LEAST_ALPHAS
+                .into_iter()
+                .find_map(|least_alpha| self.median_object_brightness(least_alpha))
                 .is_none_or(|brightness| brightness > BRIGHT);
             if is_bright {
                 Studio::DARK_BACKDROP
@@ -135,10 +138,10 @@ impl<R: Real> PreparedScene<R> {
         (0..DIRECTIONS).filter(is_open).count() * 16 <= DIRECTIONS as usize
     }
 
-    /// Returns the median display brightness, 0 to 1, of the surfaces that parallel rays from six
-    /// fixed directions hit; `None` if no ray hits. It does not depend on the camera, so the
-    /// backdrop is the same from all sides.
-    fn median_object_brightness(&self) -> Option<f64> {
+    /// Returns the median display brightness, 0 to 1, of the surfaces of at least this alpha that
+    /// parallel rays from six fixed directions hit; `None` if no ray hits. It does not depend on the
+    /// camera, so the backdrop is the same from all sides.
+    fn median_object_brightness(&self, least_alpha: f64) -> Option<f64> {
         const EDGE: u16 = 16;
         let bounds = self.geometry.bounded_primitives_box();
         if bounds.is_empty() {
@@ -165,7 +168,7 @@ impl<R: Real> PreparedScene<R> {
                     + up * at(place / EDGE);
                 let ray =
                     Ray::new(Vector::from_f64(origin), Vector::from_f64(-back)).as_camera_ray();
-                found.extend(self.brightness_along_ray(&ray));
+                found.extend(self.brightness_along_ray(&ray, least_alpha));
             }
         }
         found.sort_by(f64::total_cmp);
@@ -173,8 +176,8 @@ impl<R: Real> PreparedScene<R> {
     }
 
     /// Returns the display brightness, 0 to 1, of a surface along a ray: the first whose alpha is
-    /// at least 0.5. `None` if the ray hits no such surface.
-    fn brightness_along_ray(&self, ray: &Ray<R>) -> Option<f64> {
+    /// at least `least_alpha`. `None` if the ray hits no such surface.
+    fn brightness_along_ray(&self, ray: &Ray<R>, least_alpha: f64) -> Option<f64> {
         const CUTOUTS: usize = 16;
         let mut min = R::ZERO;
         for _ in 0..CUTOUTS {
@@ -189,7 +192,7 @@ impl<R: Real> PreparedScene<R> {
             let interaction = Interaction::from_hit(self, &PathSegment::from_ray(*ray), &hit);
             let context = self.texture_tables.shading_context(&interaction);
             let material = &self.materials[interaction.material as usize];
-            if material.alpha_at(&context) >= R::from_f64(0.5) {
+            if material.alpha_at(&context) >= R::from_f64(least_alpha) {
                 let colour = match material {
                     PreparedMaterial::Classic(m) => m.colour.eval_colour(&context),
                     PreparedMaterial::Physical(m) => m.base_colour_at(&context),

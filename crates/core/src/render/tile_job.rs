@@ -68,7 +68,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
             }
         };
         let centre = if self.replicate == 0 && self.samples.start == 0 {
-            self.trace_centre_layers(tracer)
+            self.trace_centre_layers(tracer)?
         } else {
             Vec::new()
         };
@@ -158,11 +158,15 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
     }
 
     /// Traces rays through the pixel centres. Returns the layers of first hits that need such rays.
-    fn trace_centre_layers(&self, tracer: &mut T) -> Vec<Vec<f32>> {
+    /// `None` if the observer stops the render.
+    fn trace_centre_layers(&self, tracer: &mut T) -> Option<Vec<Vec<f32>>> {
         let layers = &self.plan.layers.centre;
         let mut buffers = vec![Vec::new(); layers.len()];
-        if layers.is_empty() {
-            return buffers;
+        if let Some(edges) = layers.iter().position(|(aov, _)| *aov == Aov::Edges) {
+            buffers[edges] = self.trace_feature_edges(tracer)?;
+        }
+        if layers.iter().all(|(aov, _)| *aov == Aov::Edges) {
+            return Some(buffers);
         }
         for (x, y) in self
             .pixel_rows()
@@ -171,7 +175,8 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
             let at = |v: u32| R::from_f64(f64::from(v) + 0.5);
             let first =
                 tracer.trace_first_hit(self.camera.generate_timed_ray(at(x), at(y), [0.5; 2], 0.0));
-            for (buffer, (aov, _)) in buffers.iter_mut().zip(layers) {
+            let values = buffers.iter_mut().zip(layers);
+            for (buffer, (aov, _)) in values.filter(|(_, (aov, _))| *aov != Aov::Edges) {
                 buffer.push(first.as_ref().map_or(-1.0, |f| match aov {
                     Aov::Depth => f.distance as f32,
                     Aov::Object => f.object as f32,
@@ -179,7 +184,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
                 }));
             }
         }
-        buffers
+        Some(buffers)
     }
 }
 

@@ -28,7 +28,7 @@ pub fn encode_colours(picture: &Picture, display: Display) -> Vec<u8> {
 /// `samples` and `stderr` and for unknown names.
 pub fn first_hit_layer(name: &str) -> Option<Aov> {
     let layer = Aov::ALL.into_iter().find(|(known, _)| *known == name)?.1;
-    (!matches!(layer, Aov::Samples | Aov::StandardError)).then_some(layer)
+    (!matches!(layer, Aov::Edges | Aov::Samples | Aov::StandardError)).then_some(layer)
 }
 
 /// Converts a first-hit layer of a picture to 8-bit codes of red, green, blue and coverage for each
@@ -94,7 +94,7 @@ pub fn encode_layer(picture: &Picture, layer: Aov) -> Vec<u8> {
                 .iter()
                 .map(|&id| identifier_colour(id)),
         ),
-        Aov::Samples | Aov::StandardError => Vec::new(),
+        Aov::Edges | Aov::Samples | Aov::StandardError => Vec::new(),
     }
 }
 

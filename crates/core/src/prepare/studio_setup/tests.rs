@@ -86,9 +86,17 @@ fn what_is_seen_decides_how_bright_things_are() {
         json!([physical("black", json!({ "base_colour": 0 }))]),
         json!([cube(1, "black")]),
     );
+    // A pane that hides little is all that there is.
+    let pane = corner(
+        json!([physical(
+            "pane",
+            json!({ "base_colour": 0, "opacity": 0.2 })
+        )]),
+        json!([cube(1, "pane")]),
+    );
     assert!(
-        5.0 * dark < bright && 5.0 * behind_glow < bright,
-        "{dark} {behind_glow} {bright}"
+        5.0 * dark < bright && 5.0 * behind_glow < bright && pane == bright,
+        "{dark} {behind_glow} {bright} {pane}"
     );
 }
 
@@ -234,13 +242,17 @@ fn the_ground_catches_shadows_alone() {
     assert!(maximum > 0.3, "{maximum}");
 }
 
-/// Protects: switching a prepared scene to another camera gives the bits of a scene prepared for
-/// that camera, there and back, with each integrator; a camera that needs other effects is
-/// rejected.
+/// Protects: switching a prepared scene to another camera and size gives the bits of a scene
+/// prepared for them, there and back, with each integrator; a camera that needs other effects, and
+/// a size beyond the memory limit, are rejected.
 #[test]
 fn turning_is_preparing_anew() {
     let scene = scene(0.5, json!({}));
-    let all = ViewAngles::NAMED.map(|(_, view)| settings(&scene, view, 30.0));
+    let mut all = ViewAngles::NAMED.map(|(_, view)| settings(&scene, view, 30.0));
+    for (settings, more) in all.iter_mut().zip(0..) {
+        settings.size[0] += 5 * more;
+        settings.max_memory = Some(1 << 30);
+    }
     let [mut ready, _] = [Integrator::Path, Integrator::Whitted].map(|integrator| {
         let all = all.clone().map(|settings| Settings {
             integrator,
@@ -249,7 +261,7 @@ fn turning_is_preparing_anew() {
         let mut ready = prepare(&scene, &all[0], &()).expect("a small scene");
         for settings in all.iter().rev().chain(&all) {
             let camera = settings.camera.as_ref().expect("a view");
-            assert!(ready.replace_camera(&scene, camera));
+            assert!(ready.replace_view(&scene, camera, settings.size));
             assert_eq!(
                 ready.render(&()).picture,
                 picture(&scene, settings),
@@ -272,6 +284,7 @@ fn turning_is_preparing_anew() {
     };
     assert!(
         !ready.replace_camera(&scene, &lens)
+            && !ready.replace_view(&scene, &own_camera, [60_000; 2])
             && !ready.replace_camera(
                 &scene,
                 &Camera {
