@@ -9,7 +9,7 @@ use raywright_core::display::Display;
 use raywright_core::film::{ErrorEstimate, Film, Uncertainty};
 use raywright_core::ladder::Ladder;
 use raywright_core::scene::SamplePattern;
-use raywright_core::settings::{PrecisionChoice, Sampling};
+use raywright_core::settings::{Aov, PrecisionChoice, Sampling};
 use raywright_core::{RenderOutput, Settings};
 use raywright_io::output::PictureMetadata;
 use raywright_io::report::format_significant_digits;
@@ -211,7 +211,10 @@ fn format_settings(settings: &Settings, display: Display) -> String {
         .clamp
         .map(|maximum| format!(" clamp={maximum}"))
         .unwrap_or_default();
-    let wireframe = if settings.wireframe { " wireframe" } else { "" };
+    let edges = settings.aovs.contains(&Aov::Edges);
+    let lines = [(settings.wireframe, " wireframe"), (edges, " edges")]
+        .map(|(is_drawn, name)| if is_drawn { name } else { "" })
+        .concat();
     let background = match display.background {
         None => String::new(),
         Some(colour) => format!(
@@ -222,7 +225,7 @@ fn format_settings(settings: &Settings, display: Display) -> String {
         ),
     };
     format!(
-        "size={width}x{height}{crop} samples={samples}{error}{denoise} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}{background}{wireframe}",
+        "size={width}x{height}{crop} samples={samples}{error}{denoise} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}{background}{lines}",
         variant_name(&settings.integrator),
         precision_name(settings.precision),
         display.exposure_stops,

@@ -17,7 +17,16 @@ pub fn unknown_name_error(label: &str, name: &str, known: &[&str]) -> Error {
 }
 
 /// Flags of other programs, without dashes, and advice on the equivalent flag of this program.
-const SYNONYMS: [(&[&str], &str); 22] = [
+const SYNONYMS: [(&[&str], &str); 23] = [
+    (
+        &[
+            "orthographic",
+            "orthogonal",
+            "parallel",
+            "parallel-projection",
+        ],
+        "use --ortho for a view without perspective",
+    ),
     (
         &["orbit", "rotate", "spin"],
         "use --turntable N for N pictures from a full circle around the model",
@@ -98,8 +107,8 @@ const SYNONYMS: [(&[&str], &str); 22] = [
         "no flag is needed: the program renders on the CPU alone",
     ),
     (
-        &["edges", "show-edges", "wire", "mesh-edges"],
-        "use --wireframe to draw the edges of a model's triangles",
+        &["show-edges", "wire", "mesh-edges"],
+        "use --wireframe to draw the edges of a model's triangles, or --edges for creases and outlines alone",
     ),
     (
         &["cut", "clip", "cross-section", "cutting-plane", "slice"],
@@ -125,7 +134,9 @@ const SYNONYMS: [(&[&str], &str); 22] = [
 /// Commands of other programs, and advice on the equivalent command of this program.
 const COMMANDS: [(&[&str], &str); 4] = [
     (
-        &["serve", "server", "show", "open", "gui", "viewer"],
+        &[
+            "serve", "server", "show", "open", "gui", "viewer", "preview",
+        ],
         "use `raywright view FILE` to look at a scene in the browser",
     ),
     (
@@ -139,22 +150,48 @@ const COMMANDS: [(&[&str], &str); 4] = [
     ),
 ];
 
-/// Returns the message for a flag or a command of another program; `None` for any other error.
+/// Returns the message for a flag or a command of another program, and for one that resembles none
+/// of this program, although the parser guesses one; `None` for any other error.
 pub fn explain_foreign_name(error: &clap::Error) -> Option<String> {
-    let (kind, known, context) = match error.kind() {
-        ErrorKind::UnknownArgument => ("flag", &SYNONYMS[..], ContextKind::InvalidArg),
-        ErrorKind::InvalidSubcommand => ("command", &COMMANDS[..], ContextKind::InvalidSubcommand),
+    use ContextKind::{InvalidArg, InvalidSubcommand, SuggestedArg, SuggestedSubcommand};
+    let (kind, known, [context, guess], list) = match error.kind() {
+        ErrorKind::UnknownArgument => (
+            "flag",
+            &SYNONYMS[..],
+            [InvalidArg, SuggestedArg],
+            "`raywright COMMAND --help` lists the flags of a command",
+        ),
+        ErrorKind::InvalidSubcommand => (
+            "command",
+            &COMMANDS[..],
+            [InvalidSubcommand, SuggestedSubcommand],
+            "`raywright --help` lists the commands",
+        ),
         _ => return None,
     };
     let Some(ContextValue::String(typed)) = error.get(context) else {
         return None;
     };
-    let name = typed.trim_start_matches('-').split('=').next()?;
-    let name = name.to_ascii_lowercase().replace('_', "-");
+    let word = typed.trim_start_matches('-').split('=').next()?;
+    let name = word.to_ascii_lowercase().replace('_', "-");
     let found = known
         .iter()
         .find(|(names, _)| names.contains(&name.as_str()));
-    found.map(|(_, advice)| format!("error: there is no {kind} `{typed}`\nhelp: {advice}"))
+    let advice = match (found, error.get(guess)) {
+        (Some((_, advice)), _) => advice,
+        (None, None) => return None,
+        (None, Some(guesses)) => {
+            let guesses = guesses.to_string();
+            let words = guesses.split(", ").map(|word| word.trim_start_matches('-'));
+            if most_similar_word(word, words).is_some() {
+                return None;
+            }
+            list
+        }
+    };
+    Some(format!(
+        "error: there is no {kind} `{typed}`\nhelp: {advice}"
+    ))
 }
 
 #[cfg(test)]
@@ -187,9 +224,13 @@ mod tests {
         assert!(
             message_of("--width=300").is_some_and(|message| message.contains("--size 640x360"))
         );
+        assert_eq!((message_of("--camra"), message_of("--spp=x")), (None, None));
+        // The parser would guess `--turntable`.
         assert_eq!(
-            (message_of("--sampels"), message_of("--spp=x")),
-            (None, None)
+            message_of("--frobnicate").as_deref(),
+            Some(
+                "error: there is no flag `--frobnicate`\nhelp: `raywright COMMAND --help` lists the flags of a command"
+            )
         );
     }
 

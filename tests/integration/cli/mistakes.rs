@@ -31,6 +31,22 @@ fn wrong_use_is_explained() {
             "error: unexpected argument '--xyzzy' found\n\nUsage: raywright render [OPTIONS] [SCENE]...\n\nFor more information, try '--help'.",
         ),
         (
+            &["preview"],
+            "error: there is no command `preview`\nhelp: use `raywright view FILE` to look at a scene in the browser",
+        ),
+        (
+            &["resize"],
+            "error: there is no command `resize`\nhelp: `raywright --help` lists the commands",
+        ),
+        (
+            &["render", "--turntable", "0"],
+            "error: invalid value '0' for '--turntable <N>': expected a whole number from 1 to 3600\n\nFor more information, try '--help'.",
+        ),
+        (
+            &["view", "--port", "-1"],
+            "error: invalid value '-1' for '--port <N>': expected a whole number from 0 to 65535\n\nFor more information, try '--help'.",
+        ),
+        (
             &["render", "--seed", "-1"],
             "error: invalid value '-1' for '--seed <N>': expected a whole number of at least 0, such as 7\n\nFor more information, try '--help'.",
         ),

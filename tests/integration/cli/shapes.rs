@@ -1,4 +1,4 @@
-//! `--material clay`, `--wireframe` and `--section`: pictures for judging shapes.
+//! `--material clay`, `--wireframe`, `--edges`, `--ortho` and `--section`: pictures for judging shapes.
 
 use raywright::core::picture::Picture;
 
@@ -84,6 +84,101 @@ fn edges_are_drawn() {
             run.stderr
         );
     }
+}
+
+/// Protects: feature edges are lines over the picture, also denoised, transparent and in a file of
+/// 8-bit codes; an .exr file has them as a layer; a section's cap has an outline; a film without them
+/// is another picture.
+#[test]
+fn feature_edges_are_drawn() {
+    let sandbox = block();
+    let share = |picture: &Picture, i: usize| picture.layer("edges.V").expect("a layer").samples[i];
+    for more in [
+        "",
+        "--denoise",
+        "--background transparent",
+        "--section x=0.5",
+    ] {
+        let [plain, lines] = ["", "--edges"]
+            .map(|edges| render(&sandbox, &format!("--backdrop light {more} {edges}")));
+        let pixels = 0..plain.rgb.len();
+        // Nine edges of a block are visible, each some 20 pixels long.
+        let length: f32 = pixels.clone().map(|i| share(&lines, i)).sum();
+        assert!((140.0..260.0).contains(&length), "{more}: {length}");
+        for i in pixels {
+            let [before, after] = [&plain, &lines].map(|picture| picture.rgb[i][0]);
+            let expected = before + share(&lines, i) * (0.01 - before);
+            assert!(
+                (after - expected).abs() < 1e-4,
+                "{more} {i}: {after} {expected}"
+            );
+            if let (Some(before), Some(after)) = (&plain.alpha, &lines.alpha) {
+                let expected = before[i] + share(&lines, i) * (1.0 - before[i]);
+                assert!((after[i] - expected).abs() < 1e-4, "{more} {i}");
+            }
+        }
+    }
+    let png = "render b.obj --ortho --view front -s 60x60 --edges --material clay --ground none -q -o a.png";
+    sandbox
+        .run(&png.split(' ').collect::<Vec<_>>())
+        .exits_with(0);
+    let shown = sandbox.picture("a.png");
+    // The square fills 0.78 of the picture: its left edge is 6.6 pixels from the picture's.
+    let row: Vec<f32> = (0..14)
+        .map(|x| shown.pixel(x, 30).expect("a pixel")[0])
+        .collect();
+    assert!(row[6] < 0.5 * row[2] && row[6] < 0.5 * row[12], "{row:?}");
+    assert!((row[12] - row[10]).abs() < 0.1, "{row:?}");
+    render(&sandbox, "--checkpoint plain.film");
+    let gone_on = "render b.obj --view 30,30 -s 64x48 --spp 32 --ground none --edges --resume plain.film -q -o b.png";
+    sandbox
+        .run(&gone_on.split(' ').collect::<Vec<_>>())
+        .exits_with(3)
+        .prints_like("differs");
+}
+
+/// Protects: parallel views are to scale. A block's front covers a square of 0.78 of the picture and
+/// hides its sides; the camera's distance changes nothing, the zoom enlarges; views and a scene's own
+/// camera, which is not used, combine with it; a field of view contradicts it.
+#[test]
+fn parallel_views_are_to_scale() {
+    let sandbox = block();
+    sandbox.write(
+        "own.scene.toml",
+        "format = 1\nmodels = [{ file = \"b.obj\" }]\n[[cameras]]\nname = \"own\"\npose.look_at = { eye = [9, 9, 9], target = [0, 0, 0] }\nprojection.pinhole = { vertical_fov = 10 }\n",
+    );
+    let covered = |words: &str| {
+        let line = format!("render {words} --ortho -s 100x80 --spp 1 -q -o a.exr --aov object");
+        sandbox
+            .run(&line.split_whitespace().collect::<Vec<_>>())
+            .exits_with(0);
+        let objects = &sandbox.picture("a.exr");
+        let samples = &objects.layer("object.id").expect("a layer").samples;
+        samples.iter().filter(|id| **id >= 0.0).count()
+    };
+    // 62.4 pixels, of which centres count.
+    let edge = 62;
+    assert_eq!(covered("b.obj --view front"), edge * edge);
+    assert_eq!(covered("b.obj --view left"), edge * edge);
+    assert_eq!(covered("own.scene.toml --view front"), edge * edge);
+    for distance in ["2", "3", "1000"] {
+        let words = format!("b.obj --eye 0.5,0.5,{distance} --target 0.5,0.5,0.5");
+        assert_eq!(covered(&words), edge * edge, "{distance}");
+    }
+    assert_eq!(covered("b.obj --view front --zoom 0.5"), 32 * 32);
+    let iso = covered("b.obj --view iso") as f64;
+    // A hexagon, whose area is sqrt(3) of the face's, and its height sqrt(8/3) of the edge's.
+    let expected = 3_f64.sqrt() * (0.78 * 80.0 / (8_f64 / 3.0).sqrt()).powi(2);
+    assert!((iso / expected - 1.0).abs() < 0.02, "{iso} {expected}");
+    assert_eq!(covered("own.scene.toml"), covered("b.obj"));
+    let words = "render b.obj --ortho --views front,top,left --edges --material clay -s 24x16 --spp 2 --sheet s.png -q";
+    sandbox
+        .run(&words.split(' ').collect::<Vec<_>>())
+        .exits_with(0);
+    sandbox
+        .run(&["render", "b.obj", "--ortho", "--fov", "30"])
+        .exits_with(2)
+        .prints_like("--fov");
 }
 
 /// Protects: a section keeps its side, with a hatched cap, in views, on sheets and with clay and

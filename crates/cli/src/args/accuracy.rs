@@ -50,7 +50,7 @@ pub struct AccuracyArgs {
     pub size: Option<[u32; 2]>,
 
     /// Largest number of rounds, each with other random numbers; reached only if time is left
-    #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = values::whole_number::<u32>(2..=1000))]
     pub rounds: u32,
 
     /// Keep the reference picture in this file or, if the file exists, compare with its picture
@@ -58,7 +58,7 @@ pub struct AccuracyArgs {
     pub reference: Option<PathBuf>,
 
     /// Number of threads, at most one for each processor [default: one for each processor]
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::whole_number::<u32>(1..=1024))]
     pub threads: Option<u32>,
 
     /// Limit on memory, in bytes or with K, M or G, such as 2G; a render that needs more is refused

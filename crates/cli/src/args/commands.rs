@@ -60,7 +60,7 @@ pub struct BenchArgs {
     pub shape: GeneratedShapes,
 
     /// Primitives in the largest generated scene, at most 10000000
-    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000), conflicts_with = "scene")]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1_000_000, value_parser = values::whole_number::<u32>(1..=10_000_000), conflicts_with = "scene")]
     pub max_n: u32,
 
     /// Quality of the tree's build: fast, medium or high, the rungs of the ladder `build`
@@ -69,7 +69,7 @@ pub struct BenchArgs {
 
     /// Number of measurements of each case, in turns with all other cases; more measurements make
     /// median and spread more certain
-    #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 7, value_parser = values::whole_number::<u32>(1..=1000))]
     pub repeats: u32,
 
     /// CPU seconds for the rays, approximately; builds take further time. Less time means shorter
@@ -239,7 +239,7 @@ pub struct DenoiseArgs {
 
     /// Number of threads, at most one for each processor; the picture does not depend on the number
     /// [default: one for each processor]
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::whole_number::<u32>(1..=1024))]
     pub threads: Option<u32>,
 
     /// Limit on memory, in bytes or with K, M or G, such as 2G; work that needs more is refused
@@ -363,7 +363,7 @@ pub struct ThumbsArgs {
     pub output: PathBuf,
 
     /// Width and height of each picture in pixels
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 256, value_parser = values::whole_number::<u32>(16..=4096))]
     pub size: u32,
 }
 
@@ -420,13 +420,7 @@ pub struct ViewerArgs {
     pub linger: Duration,
 
     /// Port of the page [default: a free port]
-    #[arg(
-        long,
-        value_name = "N",
-        help_heading = "Viewer",
-        default_value_t = 0,
-        hide_default_value = true
-    )]
+    #[arg(long, value_name = "N", help_heading = "Viewer", allow_hyphen_values = true, default_value = "0", hide_default_value = true, value_parser = values::whole_number::<u16>(0..=65_535))]
     pub port: u16,
 
     /// Print the page's address without opening it

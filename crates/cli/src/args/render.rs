@@ -67,7 +67,8 @@ pub struct RenderArgs {
     pub no_metadata: bool,
 
     /// Layers to add to an .exr output, separated by commas: albedo, normal, position, emission (of
-    /// lamps and sky), depth, object, material, samples (their number), stderr (standard error)
+    /// lamps and sky), depth, object, material, edges (lines of --edges), samples (their number), stderr (standard
+    /// error)
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names::aov_parser(), hide_possible_values = true)]
     pub aov: Vec<Aov>,
 
@@ -132,7 +133,7 @@ pub struct ViewArgs {
     pub views: Option<NamedViews>,
 
     /// N pictures from a full circle around the whole scene, at the elevation of the current view
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=3600),
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::whole_number::<u32>(1..=3600),
         conflicts_with_all = ["camera", "eye", "target", "frames"])]
     pub turntable: Option<u32>,
 
@@ -163,6 +164,12 @@ pub struct ViewArgs {
     #[arg(skip)]
     pub up: Option<[f64; 3]>,
 
+    /// Show the whole scene without perspective, by parallel rays: lengths across the view are to
+    /// scale. Combines with --view, --views, --turntable, --zoom, --eye and --target; a camera of
+    /// the scene is not used
+    #[arg(long, conflicts_with_all = ["camera", "fov", "fit"])]
+    pub ortho: bool,
+
     /// Vertical field of view in degrees; --view still shows the whole scene
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::parse_field_of_view)]
     pub fov: Option<f64>,
@@ -183,6 +190,12 @@ pub struct ViewArgs {
     /// Useful with --material clay to judge shapes
     #[arg(long)]
     pub wireframe: bool,
+
+    /// Draw outlines, borders, steps and creases of at least 30°, a pixel wide and without noise, on
+    /// any shape. Lines are dark, and bright on dark surfaces; .exr files also have them as layer
+    /// edges. Combines with --ortho, --material clay and --section
+    #[arg(long)]
+    pub edges: bool,
 
     /// Background where rays hit nothing: env (the sky), transparent, or a colour such as white,
     /// #e6b219 or rgb(230,178,25). .png, .jpg and .webp show the colour with exactly these codes,
@@ -288,7 +301,7 @@ pub struct DisplayArgs {
     pub gamma: Option<TransferCurve>,
 
     /// Quality of .jpg pictures, from 1 to 100 [default: 90]
-    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
+    #[arg(long, value_name = "Q", allow_hyphen_values = true, value_parser = values::whole_number::<u8>(1..=100))]
     pub quality: Option<u8>,
 }
 
@@ -298,7 +311,7 @@ pub struct DisplayArgs {
 pub struct MachineArgs {
     /// Number of threads, at most one for each processor; the picture does not depend on the number
     /// [default: one for each processor]
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::whole_number::<u32>(1..=1024))]
     pub threads: Option<u32>,
 
     /// Limit on memory, in bytes or with K, M or G, such as 2G; work that needs more is refused

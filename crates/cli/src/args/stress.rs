@@ -44,7 +44,7 @@ pub struct StressArgs {
     pub precision: Option<Precision>,
 
     /// Seed of the rays: the same seed gives the same rays [default: the scene's; for models 0]
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::parse_seed)]
     pub seed: Option<u64>,
 
     /// Time after which no more rays are traced, such as 90s or 5min; meshes and images are always
@@ -53,7 +53,7 @@ pub struct StressArgs {
     pub budget: Duration,
 
     /// Number of threads, at most one for each processor [default: one for each processor]
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::whole_number::<u32>(1..=1024))]
     pub threads: Option<u32>,
 
     /// Refuse work that needs more memory: bytes, or with K, M, G [default: 8G]

@@ -3,7 +3,8 @@
 //!
 //! The error of each parser names the expected form; clap adds the flag and its value.
 
-use std::ops::RangeBounds;
+use std::fmt::Display;
+use std::ops::{RangeBounds, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
@@ -184,6 +185,20 @@ pub fn parse_seconds(text: &str) -> Result<f64, String> {
 pub fn parse_radiance_limit(text: &str) -> Result<f64, String> {
     let form = "a radiance above zero, such as 10";
     parse_limited(text, f64::MIN_POSITIVE.., form)
+}
+
+/// Returns a parser of whole numbers within limits.
+pub fn whole_number<T: FromStr + PartialOrd + Display>(
+    limits: RangeInclusive<T>,
+) -> impl Fn(&str) -> Result<T, String> + Clone
+where
+    RangeInclusive<T>: Clone,
+{
+    move |text| {
+        let number = text.trim().parse().ok();
+        let form = format!("a whole number from {} to {}", limits.start(), limits.end());
+        expect(number.filter(|number| limits.contains(number)), &form)
+    }
 }
 
 /// Parses the seed of the random numbers.

@@ -9,7 +9,7 @@ use raywright_core::effects::{Effect, EffectSet, assess_effects};
 use raywright_core::framing::{FIELD_OF_VIEW, Silhouette, ViewAngles};
 use raywright_core::ladder::{Ladder, RungChoice};
 use raywright_core::scene::{Camera, Scene};
-use raywright_core::settings::{Background, Crop, Sampling};
+use raywright_core::settings::{Aov, Background, Crop, Sampling};
 use raywright_core::{Observer, ReadyScene, Settings};
 use raywright_io::LoadedScene;
 
@@ -99,7 +99,7 @@ impl RenderTask {
         &self,
         scene: &mut Scene,
         view: Option<ViewAngles>,
-        framed: impl FnOnce(&Scene, Option<ViewAngles>, f64, f64) -> Camera,
+        framed: impl Fn(&Scene, Option<ViewAngles>, f64, f64) -> Camera,
     ) -> Result<PicturePlan, Failure> {
         refuse_contradicting_flags(&self.choices.rungs, &self.overrides)?;
         let DisplayOverrides {
@@ -138,7 +138,7 @@ impl RenderTask {
                 }
             },
             wireframe: flags.wireframe,
-            aovs: self.layers.clone(),
+            aovs: self.layers_with_edges(),
             max_memory: Some(self.options.limits.memory_bytes),
             ..own_settings
         };
@@ -163,6 +163,15 @@ impl RenderTask {
             requested_exposure: self.overrides.display.exposure,
             has_stray_parts: false,
         })
+    }
+
+    /// Returns the layers to render: those asked for, and the lines of `--edges`.
+    fn layers_with_edges(&self) -> Vec<Aov> {
+        let mut layers = self.layers.clone();
+        if self.overrides.view.edges && !layers.contains(&Aov::Edges) {
+            layers.push(Aov::Edges);
+        }
+        layers
     }
 
     /// Denoises the picture of a model as [`RungChoices::denoise_model`] does, unless flags say

@@ -16,24 +16,34 @@ use crate::suggest;
 pub fn resolve_camera(
     scene: &Scene,
     (args, view): (&ViewArgs, Option<ViewAngles>),
-    framed: impl FnOnce(Option<ViewAngles>, f64) -> Camera,
+    framed: impl Fn(Option<ViewAngles>, f64) -> Camera,
 ) -> Result<Option<Camera>, Failure> {
-    let changed = args.eye.is_some()
+    let changed = args.ortho
+        || args.eye.is_some()
         || args.target.is_some()
         || args.up.is_some()
         || args.fov.is_some()
         || args.zoom.is_some();
-    let frame = || framed(view, args.fov.unwrap_or(FIELD_OF_VIEW));
-    let is_own = view.is_none() && (args.camera.is_some() || !scene.cameras.is_empty());
+    // A field of view of 0 stands for parallel rays.
+    let fov = match args.ortho {
+        true => 0.0,
+        false => args.fov.unwrap_or(FIELD_OF_VIEW),
+    };
+    let frame = |view| framed(view, fov);
+    let is_framed = view.is_some() || args.ortho;
+    let is_own = !is_framed && (args.camera.is_some() || !scene.cameras.is_empty());
     let mut camera = match (&args.camera, scene.cameras.first()) {
-        _ if view.is_some() => frame(),
+        _ if is_framed => frame(view),
         (Some(name), _) => find_camera(scene, name)?,
         (None, Some(first)) => first.clone(),
-        (None, None) if changed => frame(),
+        (None, None) if changed => frame(view),
         (None, None) => return Ok(None),
     };
     if args.eye.is_some() || args.target.is_some() || args.up.is_some() {
         camera.pose = apply_pose_flags(&camera.pose, is_own, args)?;
+        if args.ortho {
+            camera.projection = frame(Some(view_of(&camera.pose))).projection;
+        }
         // A pose given by flags does not move during the exposure time.
         camera.pose_end = None;
     }
@@ -55,6 +65,18 @@ pub fn resolve_camera(
         zoom_projection(&mut camera.projection, factor);
     }
     Ok(Some(camera))
+}
+
+/// Returns the direction of the view of an upright pose.
+fn view_of(pose: &Pose) -> ViewAngles {
+    let Pose::LookAt { eye, target, .. } = *pose else {
+        return ViewAngles::DEFAULT;
+    };
+    let back = (DVec3::from(eye) - DVec3::from(target)).normalize_or_zero();
+    ViewAngles {
+        azimuth: libm::atan2(back.x, back.z).to_degrees(),
+        elevation: libm::asin(back.y.clamp(-1.0, 1.0)).to_degrees(),
+    }
 }
 
 /// Finds a camera of the scene by its name or, if no name fits, by its index from 0.
