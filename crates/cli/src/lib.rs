@@ -70,8 +70,8 @@ pub fn main() -> ExitCode {
     .into()
 }
 
-/// Stack of the thread that runs the program, in bytes.
-const STACK_BYTES: usize = 8 << 20;
+/// Stack of a thread that runs the program, in bytes.
+pub(crate) const STACK_BYTES: usize = 8 << 20;
 
 /// Whether the first thread's stack is limited to less than [`STACK_BYTES`] (`ulimit -s`). The
 /// program then runs on a thread of its own.

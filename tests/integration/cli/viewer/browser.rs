@@ -139,6 +139,22 @@ impl Browser {
         self.call("Input.dispatchMouseEvent", event);
     }
 
+    /// Moves fingers from the first places to the last, and lifts them.
+    fn touch(&mut self, places: [&[[f64; 2]]; 2]) {
+        let points = |all: &[[f64; 2]]| -> Vec<Value> {
+            let point = |(id, [x, y]): (usize, &[f64; 2])| json!({ "id": id, "x": x, "y": y });
+            all.iter().enumerate().map(point).collect()
+        };
+        for (kind, all) in [
+            ("touchStart", places[0]),
+            ("touchMove", places[1]),
+            ("touchEnd", &[]),
+        ] {
+            let event = json!({ "type": kind, "touchPoints": points(all) });
+            self.call("Input.dispatchTouchEvent", event);
+        }
+    }
+
     fn key(&mut self, key: &str) {
         for kind in ["keyDown", "keyUp"] {
             self.call(
@@ -342,6 +358,133 @@ fn the_page_fits_everyone() {
             .is_some_and(|text| text.contains("unknown key `foo`")),
         "{message}"
     );
+}
+
+/// Writes a glTF model: a square that moves to the right within a second, white or, as a variant,
+/// red.
+fn write_model(sandbox: &Sandbox) {
+    let mut bytes = Vec::new();
+    let corners = [
+        [-1.0, -1.0, 0.0],
+        [1.0, -1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [-1.0, 1.0, 0.0],
+    ];
+    for number in corners
+        .into_iter()
+        .flatten()
+        .chain([0.0, 1.0])
+        .chain([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+    {
+        bytes.extend_from_slice(&f32::to_le_bytes(number));
+    }
+    [0, 1, 2, 0, 2, 3]
+        .iter()
+        .for_each(|index| bytes.extend_from_slice(&u16::to_le_bytes(*index)));
+    let view = |offset: usize, length: usize| json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
+    let variants = |extension: Value| json!({ "KHR_materials_variants": extension });
+    let model = json!({
+        "asset": { "version": "2.0" }, "extensionsUsed": ["KHR_materials_variants"],
+        "extensions": variants(json!({ "variants": [{ "name": "red" }] })),
+        "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+        "materials": [{ "doubleSided": true }, { "doubleSided": true, "pbrMetallicRoughness": { "baseColorFactor": [0.8, 0.02, 0.02, 1] } }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 3, "material": 0,
+            "extensions": variants(json!({ "mappings": [{ "material": 1, "variants": [0] }] })) }] }],
+        "animations": [{ "name": "slide", "samplers": [{ "input": 1, "output": 2 }],
+            "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }] }],
+        "buffers": [{ "uri": "square.bin", "byteLength": bytes.len() }],
+        "bufferViews": [view(0, 48), view(48, 8), view(56, 24), view(80, 12)],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, -1, 0], "max": [1, 1, 0] },
+            { "bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1] },
+            { "bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3" },
+            { "bufferView": 3, "componentType": 5123, "count": 6, "type": "SCALAR" },
+        ],
+    });
+    sandbox.write("square.bin", bytes);
+    sandbox.write("square.gltf", model.to_string());
+}
+
+/// Protects: a model's picture has the size of its place, also after the window's size changed; a
+/// variant, play, the switches for lines and perspective, and one and two fingers change the command
+/// and the picture.
+#[test]
+fn a_model_fills_its_place_and_follows() {
+    let sandbox = Sandbox::new();
+    write_model(&sandbox);
+    let viewer = Viewer::start(&sandbox, &["square.gltf", "--spp", "8"]);
+    let Some(mut page) = Browser::open(&sandbox, &viewer.address()) else {
+        return;
+    };
+    page.call(
+        "Emulation.setTouchEmulationEnabled",
+        json!({ "enabled": true, "maxTouchPoints": 2 }),
+    );
+    let has = |words: &str| {
+        format!(
+            "document.getElementById('command').textContent.includes({})",
+            json!(words)
+        )
+    };
+    let fits = "(() => { const p = document.getElementById('place'), c = document.getElementById('picture'); \
+                return c.width === p.clientWidth && c.height === p.clientHeight && document.body.dataset.edge === '1' && \
+                innerHeight >= document.body.scrollHeight && c.height > 0.7 * innerHeight; })()";
+    page.until(fits);
+    page.until(&has("--size"));
+    page.width(1000, 700);
+    page.until(fits);
+    page.until("document.body.dataset.phase === 'done'");
+    page.shoot("model");
+    let middle = "(() => { const c = document.getElementById('picture'); \
+                  return [...c.getContext('2d').getImageData(c.width / 2, c.height / 2, 1, 1).data]; })()";
+    let colour = |page: &mut Browser| -> Vec<f64> {
+        serde_json::from_value(page.eval(middle)).expect("codes")
+    };
+    let white = colour(&mut page);
+    assert!(white[0] < 1.2 * white[1], "{white:?}");
+    let choose = "(() => { const s = document.getElementById('choose-variant'); s.value = 'red'; s.dispatchEvent(new Event('change')); })()";
+    page.eval(choose);
+    page.until(&has("--variant red"));
+    page.until("document.body.dataset.phase === 'done'");
+    let red = colour(&mut page);
+    assert!(red[0] > 2.0 * red[1], "{red:?}");
+
+    page.eval("document.getElementById('play').click()");
+    page.until("Number(document.getElementById('at').value) > 0.3");
+    page.until(&has("--at"));
+    page.eval("document.getElementById('play').click()");
+    page.until("document.body.dataset.phase === 'done'");
+    for name in ["edges", "ortho"] {
+        page.eval(&format!("document.getElementById('{name}').click()"));
+        page.until(&has(&format!("--{name}")));
+    }
+    page.until("document.body.dataset.phase === 'done'");
+    page.shoot("edges");
+    page.eval("document.getElementById('ortho').click()");
+    page.until(&format!("!{}", has("--ortho")));
+
+    let eye = "document.getElementById('command').textContent.match(/--eye[ =](\\S+)/)?.[1].split(',').map(Number)";
+    let target = eye.replace("eye", "target");
+    let distance = format!("Math.hypot(...({eye}).map((x, i) => x - ({target})[i]))");
+    let before = page.eval(eye);
+    page.touch([&[[300.0, 300.0]], &[[380.0, 330.0]]]);
+    page.until(&format!(
+        "JSON.stringify({eye}) !== {}",
+        json!(before.to_string())
+    ));
+    let far = page.eval(&distance).as_f64().expect("a distance");
+    page.touch([
+        &[[300.0, 300.0], [340.0, 300.0]],
+        &[[260.0, 300.0], [380.0, 300.0]],
+    ]);
+    page.until(&format!("{distance} < {}", 0.8 * far));
+    page.until("document.body.dataset.phase === 'done'");
+    page.width(360, 780);
+    page.until(
+        "document.getElementById('picture').width === document.getElementById('place').clientWidth",
+    );
+    page.until("document.body.dataset.phase === 'done'");
+    page.shoot("phone");
 }
 
 /// Protects: a new view's first picture appears although the last render is unfinished, and so does

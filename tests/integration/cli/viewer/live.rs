@@ -145,6 +145,93 @@ fn the_interval_closes() {
     }
 }
 
+/// Protects: what is shown while the camera moves is filtered where the finished picture is: a first
+/// sketch has a fraction of its noise, and no claim.
+#[test]
+fn sketches_are_filtered() {
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
+    let viewer = Viewer::start(&sandbox, &["room.scene.toml", "--spp", "2048"]);
+    let sketch = |flags: &Value| loop {
+        let wish = viewer.post("request", &json!({ "flags": flags })).json()["request"].clone();
+        let status = viewer.until("a sketch", |status| {
+            status["request"] == wish && status["phase"] == "rendering"
+        });
+        let answer = viewer.get("picture");
+        let own = format!("X-Picture: {} 64 48 1\r\n", status["picture"]);
+        // A later picture may have replaced the sketch.
+        if answer.head.contains(own.trim_end()) && status["progress"]["samples"][1] == 0 {
+            assert_eq!(status["progress"]["error"], Value::Null);
+            break answer.body;
+        }
+        viewer.post("request", &json!({ "flags": [["view", "iso"]] }));
+    };
+    let view = |more: Value| {
+        json!([
+            ["spp", "2048"],
+            ["eye", "1,2,3"],
+            ["target", "0,0.5,0"],
+            more
+        ])
+    };
+    let [noisy, filtered] =
+        ["no-denoise", "denoise"].map(|flag| sketch(&view(json!([flag, null]))));
+    viewer.finished(&view(json!(["denoise", null])));
+    let truth = viewer.get("picture").body;
+    let error = |picture: &[u8]| -> f64 {
+        let apart = picture
+            .iter()
+            .zip(&truth)
+            .map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2));
+        apart.sum()
+    };
+    let [before, after] = [&noisy, &filtered].map(|picture| error(picture));
+    assert!(after < 0.4 * before, "{after} of {before}");
+}
+
+/// Protects: the page is open while a large model is read, and shows the stage; its picture follows.
+/// A model that cannot be read ends the program, with the reason.
+#[test]
+fn the_page_comes_before_the_scene() {
+    let sandbox = Sandbox::new();
+    let mut text = String::new();
+    const EDGE: usize = 500;
+    for i in 0..EDGE * EDGE {
+        let (x, y) = (i % EDGE, i / EDGE);
+        text += &format!("v {x} {} {y}\n", (x * y) % 7);
+        if x > 0 && y > 0 {
+            text += &format!(
+                "f {} {} {}\nf {} {} {}\n",
+                i - EDGE,
+                i - EDGE + 1,
+                i + 1,
+                i - EDGE,
+                i + 1,
+                i
+            );
+        }
+    }
+    sandbox.write("terrain.obj", text);
+    let viewer = Viewer::start(&sandbox, &["terrain.obj", "--spp", "1", "--size", "64x48"]);
+    assert_eq!(viewer.get("").status, 200);
+    let status = viewer.get("status?after=0").json();
+    if status["phase"] == "loading" {
+        let message = status["message"].as_str().expect("a stage");
+        assert!(
+            message.starts_with("reading the scene") || message.starts_with("building the tree"),
+            "{message}"
+        );
+        assert_eq!(status["flags"], json!([["spp", "1"], ["size", "64x48"]]));
+    } else {
+        eprintln!("skipped: this machine has read the scene already");
+    }
+    viewer.until("the picture", |status| status["phase"] == "done");
+    sandbox.write("bad.obj", "f 1 2 3\n");
+    let run = sandbox.run(&["view", "bad.obj", "--no-open"]);
+    run.exits_with(3).prints_like("bad.obj");
+    assert_eq!(run.stdout, "");
+}
+
 /// Protects: a scene changed on disk is rendered again from the current camera; an error of the
 /// file is shown with its position over the last picture, and disappears once the file is valid.
 #[test]

@@ -189,7 +189,7 @@ impl Viewer {
         assert_eq!(response.status, 200, "{}", response.text());
         let wish = response.json()["request"].clone();
         self.until("the picture", |status| {
-            status["request"] == wish && status["phase"] != "rendering"
+            status["request"] == wish && (status["phase"] == "done" || status["phase"] == "failed")
         })
     }
 

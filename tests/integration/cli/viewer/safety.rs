@@ -61,20 +61,25 @@ fn only_the_page_is_answered() {
     ] {
         assert_eq!(ask("GET", &wrong, &[], ""), 403, "{wrong}");
     }
-    assert_eq!(
-        ask(
-            "GET",
-            &path(""),
-            &[("Host", &format!("localhost:{port}"))],
-            ""
-        ),
-        200
-    );
+    // Through a tunnel, the page has another port, and a name of this machine.
+    for tunnel in ["localhost:9", "127.0.0.1:9", "[::1]:9", "localhost"] {
+        let own = format!("http://{tunnel}");
+        let headers = [("Host", tunnel), ("Origin", &own)];
+        assert_eq!(ask("GET", &path(""), &headers[..1], ""), 200, "{tunnel}");
+        let body = r#"{ "flags": [] }"#;
+        assert_eq!(
+            ask("POST", &path("request"), &headers, body),
+            200,
+            "{tunnel}"
+        );
+        let other = [("Host", tunnel), ("Origin", "http://localhost:10")];
+        assert_eq!(ask("POST", &path("request"), &other, body), 403, "{tunnel}");
+    }
     for name in [
         "evil.example",
         &format!("evil.example:{port}"),
-        "127.0.0.1",
-        "localhost",
+        "localhost:",
+        "localhost:99999",
         &format!("127.0.0.1.evil.example:{port}"),
     ] {
         assert_eq!(

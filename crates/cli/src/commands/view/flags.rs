@@ -10,13 +10,14 @@ use crate::origin;
 
 /// Flags that the viewer's web page may set. No such flag names a file, raises a limit or grants
 /// access.
-const PAGE_FLAGS: [&str; 32] = [
+const PAGE_FLAGS: [&str; 34] = [
     "animation",
     "at",
     "camera",
     "clamp",
     "crop",
     "denoise",
+    "edges",
     "exposure",
     "eye",
     "fit",
@@ -27,6 +28,7 @@ const PAGE_FLAGS: [&str; 32] = [
     "max-depth",
     "max-error",
     "no-denoise",
+    "ortho",
     "precision",
     "quick",
     "rung",

@@ -1,9 +1,9 @@
 //! `view`: a page on the loopback interface that shows a scene while it renders.
 //!
-//! One thread computes (`worker`). Its input is the page's latest request, a set of flags. The
-//! thread does only the work that the request needs (`viewed_scene`): first a coarse preview, then
-//! the render in slices of time (`progress`). Other threads serve HTTP requests (`server`).
-//! All threads communicate through `shared` only.
+//! One thread computes (`worker`): it loads the scene, while the page shows the stages, and then
+//! serves the page's latest request, a set of flags. The thread does only the work that the request
+//! needs (`viewed_scene`): first a coarse preview, then the render in slices of time (`progress`).
+//! Other threads serve HTTP requests (`server`). All threads communicate through `shared` only.
 
 mod flags;
 mod layers;
@@ -14,10 +14,14 @@ mod status;
 mod viewed_scene;
 mod worker;
 
+use std::panic;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
+use std::time::Duration;
 
+use crate::STACK_BYTES;
 use crate::args::ViewerArgs;
 use crate::console;
 use crate::failure::{Exit, Failure};
@@ -58,11 +62,9 @@ pub fn run(mut session: Session, args: ViewerArgs) -> Result<(), Failure> {
     let verbosity = session.verbosity;
     // The worker begins a stage of its own with each load.
     session.end_early_stage();
-    let mut worker = ViewWorker::new(scene, command, shared.clone(), session);
-    worker.watches_files = args.watch;
-    worker.linger = (!args.keep).then_some(args.linger);
-    worker.load_and_preview_scene()?;
-    let server = ViewServer::start(args.port, shared).map_err(|cause| {
+    let server = ViewServer::start(args.port, shared.clone())
+        .and_then(|server| Ok((server.address()?, server)));
+    let ((address, port), server) = server.map_err(|cause| {
         Failure::new(
             Exit::Failed,
             format_args!(
@@ -72,18 +74,48 @@ pub fn run(mut session: Session, args: ViewerArgs) -> Result<(), Failure> {
         )
         .with_hint("choose another port with --port, or leave out --port for a free port")
     })?;
-    let address = server.address();
-    thread::Builder::new()
-        .spawn(move || server.serve())
-        .map_err(|cause| thread_start_failure(&cause))?;
-    console::print(format!("{address}\n"))?;
-    verbosity.print_result_message("open this address in a browser; Ctrl-C ends the viewer");
-    if !args.no_open {
-        open_browser(&address);
+    let (sender, loaded) = sync_channel(1);
+    let mut worker = ViewWorker::new(scene, command, shared, session);
+    worker.watches_files = args.watch;
+    worker.linger = (!args.keep).then_some(args.linger);
+    let starts = [
+        thread::Builder::new().spawn(move || {
+            server.serve();
+            Ok(())
+        }),
+        thread::Builder::new()
+            .stack_size(STACK_BYTES)
+            .spawn(move || worker.run(&sender)),
+    ];
+    let [serving, work] = starts.map(|start| start.map_err(|cause| thread_start_failure(&cause)));
+    serving?;
+    let work = work?;
+    // A scene that cannot be loaded fails soon, and then needs no page. The page of any other scene
+    // does not wait for it.
+    let has_page = loaded.recv_timeout(PAGE_DELAY) != Err(RecvTimeoutError::Disconnected);
+    if has_page {
+        console::print(format!("{address}\n"))?;
+        verbosity.print_result_message(format_args!(
+            "open this address in a browser of this machine; from another machine, first run there: \
+             ssh -L {port}:127.0.0.1:{port} THIS-MACHINE; Ctrl-C ends the viewer"
+        ));
+        if !args.no_open {
+            open_browser(&address);
+        }
     }
-    worker.run();
-    Ok(())
+    let ended = work
+        .join()
+        .unwrap_or_else(|panic| panic::resume_unwind(panic));
+    if has_page && ended.is_err() {
+        thread::sleep(FAILURE_DELAY);
+    }
+    ended
 }
+
+/// Longest wait for the scene before the page is opened.
+const PAGE_DELAY: Duration = Duration::from_millis(400);
+/// Time for an open page to receive the failure that ends the program.
+const FAILURE_DELAY: Duration = Duration::from_millis(500);
 
 /// Opens the page in the system's browser, if the system has a program for this. The address is
 /// printed in any case.

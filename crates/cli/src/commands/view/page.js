@@ -2,10 +2,12 @@
 
 const $ = id => document.getElementById(id);
 const VIEWS = ["front", "back", "left", "right", "top", "bottom", "iso"];
+const SWITCHES = ["edges", "ortho"];
 const LAYERS = {
   "": "Colours", stderr: "Noise (heat)", albedo: "Albedo", normal: "Normals", depth: "Depth", position: "Positions", object: "Objects",
   material: "Materials", emission: "Emission",
 };
+const MOST_PIXELS = 1280 * 720; // of a picture with the size of its place
 const TONE_MAPS = ["none", "aces", "aces-hill", "agx", "khronos-neutral"];
 
 let flags = null; // pairs of a flag's name and its value, null for switches; none before the program has spoken
@@ -88,12 +90,30 @@ function show() {
   $("phase").textContent = [status.phase, status.message].filter(Boolean).join(": ");
   $("command").textContent = status.command;
   if (progress) showProgress(progress);
+  $("wait").textContent = status.picture ? "" : $("phase").textContent;
   if (!scene) return;
   $("name").textContent = document.title = scene.name;
   if (!pointers.size && status.request >= sent.request) camera = scene.camera;
   showControls(scene);
   showEffects();
+  if (!fitted) fit();
 }
+
+/** Gives the picture of a model the size of its place, unless the command has a size. */
+let fitted = false, fitting = 0;
+function fit() {
+  if (!status?.scene) return;
+  fitted = true;
+  if (!status.scene.fits_page || initial.some(([name]) => name === "size" || name === "crop")) return;
+  const { clientWidth: width, clientHeight: height } = $("place");
+  if (!width || !height) return;
+  const scale = Math.min(devicePixelRatio, Math.sqrt(MOST_PIXELS / (width * height)));
+  const size = [width, height].map(edge => Math.max(1, Math.round(edge * scale))).join("x");
+  if (size === valueOf("size")) return;
+  put("size", size);
+  wish();
+}
+new ResizeObserver(() => { clearTimeout(fitting); fitting = setTimeout(fit, 200); }).observe($("place"));
 
 function showFailure(text) {
   $("failure").hidden = !text;
@@ -189,6 +209,7 @@ function showControls(scene) {
   set("tonemap", scene.tonemap);
   set("layer", layer);
   $("denoise").checked = scene.denoise;
+  for (const name of SWITCHES) $(name).checked = valueOf(name) !== undefined;
   set("spp", valueOf("spp") ?? "");
   set("max-error", valueOf("max-error") ?? "");
   $("time").hidden = scene.seconds === null;
@@ -288,7 +309,7 @@ function orbit(turn, rise) {
 function pan(across, down) {
   if (!camera) return;
   const arm = add(camera.eye, camera.target, -1), back = unit(arm), right = unit(cross(unit(camera.up), back)), up = cross(back, right);
-  const height = 2 * Math.hypot(...arm) * Math.tan((camera.fov ?? 40) * Math.PI / 360);
+  const height = camera.height ?? 2 * Math.hypot(...arm) * Math.tan(camera.fov * Math.PI / 360);
   const by = add(right.map(x => -x * across * height), up, down * height);
   move(add(camera.eye, by), add(camera.target, by));
 }
@@ -305,7 +326,7 @@ function zoom(factor) {
 }
 
 function home() {
-  const own = ["camera", "eye", "target", "view", "zoom", "fov"];
+  const own = ["camera", "eye", "target", "view", "zoom", "fov", "ortho"];
   drop(...own);
   flags.push(...initial.filter(([name]) => own.includes(name)));
   wish();
@@ -321,7 +342,8 @@ $("picture").addEventListener("pointerdown", event => {
 $("picture").addEventListener("pointermove", event => {
   const before = pointers.get(event.pointerId);
   if (!before) return;
-  const height = $("picture").clientHeight || 1, [dx, dy] = [event.clientX - before.x, event.clientY - before.y];
+  const { width: w, height: h, clientWidth, clientHeight } = $("picture");
+  const height = Math.min(clientHeight, clientWidth * h / w) || 1, [dx, dy] = [event.clientX - before.x, event.clientY - before.y];
   const distance = pointers.size === 2 ? apart() : 0;
   pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
   if (pointers.size === 2) {
@@ -369,6 +391,9 @@ $("layer").addEventListener("change", () => { layer = $("layer").value; wish(); 
 $("tonemap").addEventListener("change", () => { put("tonemap", $("tonemap").value); wish(); });
 $("exposure").addEventListener("input", () => { put("exposure", $("exposure").value); wish(); });
 $("denoise").addEventListener("change", () => { drop("denoise", "no-denoise", "quick"); flags.push([$("denoise").checked ? "denoise" : "no-denoise", null]); wish(); });
+for (const name of SWITCHES) {
+  $(name).addEventListener("change", () => { drop(...name === "ortho" ? ["camera", "fov", "fit"] : []); put(name, $(name).checked ? null : undefined); wish(); });
+}
 for (const name of ["spp", "max-error"]) {
   $(name).addEventListener("change", () => { drop("quick"); put(name, $(name).value || undefined); wish(); });
 }

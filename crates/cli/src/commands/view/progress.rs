@@ -1,6 +1,7 @@
 //! Progressive render for the viewer: a coarse preview at once, finer previews, and the render in
 //! slices of time, between which newer requests are served.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -83,6 +84,57 @@ impl Observer for RequestObserver<'_> {
         has_enough
     }
 }
+
+/// Observer of loading and preparation, which reports their stages to the page.
+pub struct LoadObserver<'a> {
+    watch: RunObserver<'static>,
+    shared: &'a SharedView,
+    /// Number of the request for which the scene is loaded.
+    request: u64,
+    /// Current stage, and the time of its last report.
+    stage: Mutex<(&'static str, Instant)>,
+}
+
+impl<'a> LoadObserver<'a> {
+    pub fn new(shared: &'a SharedView, watch: RunObserver<'static>, request: u64) -> Self {
+        Self {
+            watch,
+            shared,
+            request,
+            stage: Mutex::new(("", Instant::now())),
+        }
+    }
+
+    /// Begins a stage, and reports it.
+    pub fn start_stage(&self, name: &'static str) {
+        if let Ok(mut stage) = self.stage.lock() {
+            *stage = (name, Instant::now());
+            self.shared.publish_stage(self.request, name);
+        }
+    }
+}
+
+impl Observer for LoadObserver<'_> {
+    fn progress(&self, done: u64, total: u64) {
+        // Another thread that holds the lock reports its progress at this moment.
+        let Ok(mut stage) = self.stage.try_lock() else {
+            return;
+        };
+        if total > 0 && stage.1.elapsed() >= STAGE_INTERVAL {
+            stage.1 = Instant::now();
+            let percent = 100.0 * done as f64 / total as f64;
+            let report = format!("{}, {percent:.0} %", stage.0);
+            self.shared.publish_stage(self.request, &report);
+        }
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.watch.is_cancelled()
+    }
+}
+
+/// Shortest interval between reports of the progress of a stage.
+const STAGE_INTERVAL: Duration = Duration::from_millis(200);
 
 /// Running mean of the speed of previews, in pixels per second.
 pub struct PreviewSpeed(f64);

@@ -36,8 +36,6 @@ const SCRIPT: &str = include_str!("page.js");
 /// HTTP server of the viewer's page.
 pub struct ViewServer {
     listener: TcpListener,
-    /// Accepted `Host` values: the loopback address and its name, each with the port.
-    hosts: [String; 2],
     /// Random token in the page's address, without which requests are refused.
     token: String,
     shared: Arc<SharedView>,
@@ -82,19 +80,17 @@ fn generate_token() -> String {
 impl ViewServer {
     /// Opens the server's port on the loopback interface; port 0 selects a free port.
     pub fn start(port: u16, shared: Arc<SharedView>) -> io::Result<Self> {
-        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
-        let port = listener.local_addr()?.port();
         Ok(Self {
-            listener,
-            hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}")),
+            listener: TcpListener::bind((Ipv4Addr::LOCALHOST, port))?,
             token: generate_token(),
             shared,
         })
     }
 
-    /// Returns the URL of the page.
-    pub fn address(&self) -> String {
-        format!("http://{}/{}/", self.hosts[0], self.token)
+    /// Returns the URL of the page, and the server's port.
+    pub fn address(&self) -> io::Result<(String, u16)> {
+        let address = self.listener.local_addr()?;
+        Ok((format!("http://{address}/{}/", self.token), address.port()))
     }
 
     /// Serves requests, each on a thread of its own, until the program ends.
@@ -150,20 +146,17 @@ impl ViewServer {
         }
     }
 
-    /// Refuses a request unless its host, its origin and its token are those of the viewer's page.
-    /// A page of another site can send requests to this server through a domain name that resolves
-    /// to this machine.
+    /// Refuses a request unless its host is this machine, its origin the page of that host, and its
+    /// token that of the viewer. A page of another site can send requests to this server through a
+    /// domain name that resolves to this machine. The port of the host is that of a tunnel, if the
+    /// page is open on another machine.
     fn check_head(&self, request: &HttpRequest) -> Result<(), HttpResponse> {
-        let is_own = |origin: &str| {
-            self.hosts
-                .iter()
-                .any(|host| origin.strip_prefix("http://") == Some(host))
-        };
+        let is_own = |origin: &str| origin.strip_prefix("http://") == Some(&request.host);
         let is_read = request.method == "GET";
         let refuse = |reason| Err(HttpResponse::with_text(403, reason));
-        if !self.hosts.contains(&request.host) {
+        if !is_loopback(&request.host) {
             return refuse(
-                "the Host header does not name this server: open the address that the program printed",
+                "the Host header does not name this machine: open the address that the program printed, through a tunnel with localhost and the tunnel's port in it",
             );
         }
         if request
@@ -222,9 +215,7 @@ impl ViewServer {
         self.shared.record_page_request();
         HttpResponse::with_body(
             "application/json",
-            self.shared
-                .wait_for_newer_status(reported, STATUS_TIMEOUT)
-                .as_bytes(),
+            self.shared.wait_for_newer_status(reported, STATUS_TIMEOUT),
         )
     }
 
@@ -278,6 +269,19 @@ impl ViewServer {
             false => HttpResponse::with_text(503, "too many jobs are waiting; try again later"),
         }
     }
+}
+
+/// Whether a `Host` header names this machine, with any port or none.
+fn is_loopback(host: &str) -> bool {
+    ["127.0.0.1", "localhost", "[::1]"]
+        .into_iter()
+        .filter_map(|name| host.strip_prefix(name))
+        .any(|rest| {
+            rest.is_empty()
+                || rest
+                    .strip_prefix(':')
+                    .is_some_and(|port| port.parse::<u16>().is_ok())
+        })
 }
 
 fn parse_json<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, HttpResponse> {
@@ -535,16 +539,16 @@ mod tests {
     }
 
     /// Protects: only requests with this machine as host, the token, and the page as origin are
-    /// served; a link reaches only the page itself.
+    /// served, whatever port a tunnel gives the page; a link reaches only the page itself.
     #[test]
     fn others_are_refused() {
         let server = ViewServer::start(0, Arc::default()).expect("a port that is free");
-        let (host, path) = (server.hosts[0].clone(), format!("/{}/", server.token));
+        let (host, path) = ("127.0.0.1:8000", format!("/{}/", server.token));
         let requested = |change: &dyn Fn(&mut HttpRequest)| {
             let mut request = HttpRequest {
                 method: "GET".into(),
                 path: path.clone(),
-                host: host.clone(),
+                host: host.to_owned(),
                 ..HttpRequest::default()
             };
             change(&mut request);
@@ -554,15 +558,30 @@ mod tests {
                 .status
         };
         assert_eq!(requested(&|_| ()), 200);
+        // A tunnel has a port of its own.
+        for host in ["localhost:9", "localhost", "127.0.0.1:9", "[::1]:9"] {
+            assert_eq!(
+                requested(&|request| request.host = host.into()),
+                200,
+                "{host}"
+            );
+        }
+        for host in [
+            "evil.example",
+            "localhost.evil.example:9",
+            "localhost:x",
+            "127.0.0.10:9",
+        ] {
+            assert_eq!(
+                requested(&|request| request.host = host.into()),
+                403,
+                "{host}"
+            );
+        }
         assert_eq!(
-            requested(&|request| request.host = request.host.replace("127.0.0.1", "localhost")),
-            200
-        );
-        assert_eq!(
-            requested(&|request| request.host = "evil.example".into()),
+            requested(&|request| request.origin = Some("http://localhost:9".into())),
             403
         );
-        assert_eq!(requested(&|request| request.host = "127.0.0.1".into()), 403);
         assert_eq!(
             requested(&|request| request.origin = Some("http://evil.example".into())),
             403

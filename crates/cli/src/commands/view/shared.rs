@@ -7,6 +7,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use serde::Deserialize;
+use serde_json::Value;
 
 use crate::args::Flag;
 
@@ -77,8 +78,8 @@ struct SharedState {
     jobs: VecDeque<ViewJob>,
     /// The displayed picture.
     frame: Arc<ViewFrame>,
-    /// Status of the viewer as JSON.
-    status: Arc<String>,
+    /// Status of the viewer.
+    status: Value,
     /// Number of the status, which rises with each change.
     status_number: u64,
     /// Number of HTTP requests that wait for a new status.
@@ -145,20 +146,36 @@ impl SharedView {
         );
     }
 
-    /// Publishes a new picture, if any, and a new status. `status` formats the status, given its
-    /// number and the picture's number.
-    pub fn publish_frame_and_status(
-        &self,
-        frame: Option<ViewFrame>,
-        status: impl FnOnce(u64, u64) -> String,
-    ) {
+    /// Publishes a new picture, if any, and a new status, to which its number and the picture's are
+    /// added.
+    pub fn publish_frame_and_status(&self, frame: Option<ViewFrame>, status: Value) {
         let mut state = self.lock_state();
         if let Some(frame) = frame {
             let number = state.frame.number + 1;
             state.frame = Arc::new(ViewFrame { number, ..frame });
         }
+        state.status = status;
+        state.status["picture"] = state.frame.number.into();
+        self.renew_status(&mut state);
+    }
+
+    /// Publishes a stage of loading a scene, for a request with this number.
+    pub fn publish_stage(&self, request: u64, stage: &str) {
+        let mut state = self.lock_state();
+        for (name, value) in [
+            ("request", request.into()),
+            ("phase", "loading".into()),
+            ("message", stage.into()),
+            ("failure", Value::Null),
+        ] {
+            state.status[name] = value;
+        }
+        self.renew_status(&mut state);
+    }
+
+    fn renew_status(&self, state: &mut SharedState) {
         state.status_number += 1;
-        state.status = Arc::new(status(state.status_number, state.frame.number));
+        state.status["number"] = state.status_number.into();
         self.changed.notify_all();
     }
 
@@ -169,7 +186,7 @@ impl SharedView {
 
     /// Returns the status as soon as its number differs from `reported`, the number that the page
     /// has; after `time`, the unchanged status.
-    pub fn wait_for_newer_status(&self, reported: u64, time: Duration) -> Arc<String> {
+    pub fn wait_for_newer_status(&self, reported: u64, time: Duration) -> String {
         let mut state = self.lock_state();
         state.waiting_pages += 1;
         let waited = self
@@ -178,7 +195,7 @@ impl SharedView {
         let (mut state, _) = waited.unwrap_or_else(|poisoned| poisoned.into_inner());
         state.waiting_pages -= 1;
         state.last_page_request = Some(Instant::now());
-        state.status.clone()
+        state.status.to_string()
     }
 
     /// Records the time of an HTTP request of a page.
@@ -198,6 +215,8 @@ impl SharedView {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     /// Protects: the program waits without limit for its first page, and ends a while after the
@@ -212,17 +231,21 @@ mod tests {
         );
     }
 
-    /// Protects: a new status is returned at once, and each request of the page has a new number
-    /// even if repeated.
+    /// Protects: a new status is returned at once, a stage of loading keeps the rest of the status,
+    /// and each request of the page has a new number even if repeated.
     #[test]
     fn news_come_at_once() {
         let shared = SharedView::default();
-        shared.publish_frame_and_status(None, |reported, _| format!("told {reported}"));
+        let ask = |reported| shared.wait_for_newer_status(reported, Duration::from_secs(3600));
+        shared.publish_frame_and_status(None, json!({ "phase": "rendering", "size": 7 }));
         assert_eq!(
-            shared
-                .wait_for_newer_status(0, Duration::from_secs(3600))
-                .as_str(),
-            "told 1"
+            ask(0),
+            r#"{"number":1,"phase":"rendering","picture":0,"size":7}"#
+        );
+        shared.publish_stage(3, "reading");
+        assert_eq!(
+            ask(1),
+            r#"{"failure":null,"message":"reading","number":2,"phase":"loading","picture":0,"request":3,"size":7}"#
         );
         let [first, second] = [(); 2].map(|()| shared.submit_request(ViewRequest::default()));
         assert!(first != second && shared.has_newer_work(first) && !shared.has_newer_work(second));

@@ -45,7 +45,8 @@ pub struct RenderProgress {
 const DEFAULT_LENGTH: f64 = 10.0;
 
 /// Describes the displayed scene, from which the page offers choices: `at` is the time of the
-/// animation that the picture shows, `seconds` the animation's length, null for a static scene.
+/// animation that the picture shows, `seconds` the animation's length, null for a static scene;
+/// `fits_page` whether the picture takes the size of its place in the page.
 pub fn scene_status(subject: &ViewedScene) -> Value {
     let ViewedScene { loaded, plan, .. } = subject;
     let (scene, contents) = (&loaded.scene, &loaded.contents);
@@ -57,6 +58,7 @@ pub fn scene_status(subject: &ViewedScene) -> Value {
     let notes: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
     json!({
         "name": loaded.source.name,
+        "fits_page": loaded.source.format.is_model(),
         "cameras": cameras,
         "scenes": contents.scenes,
         "variants": contents.variants,
@@ -74,11 +76,12 @@ pub fn scene_status(subject: &ViewedScene) -> Value {
 
 /// Converts a camera to eye, target and up vector. A camera given by its axes has no target; its
 /// target is placed at the distance of the scene's centre. `fov` is the vertical field of view in
-/// degrees: approximate if the camera states a horizontal one, null for parallel projections.
+/// degrees: approximate if the camera states a horizontal one, null for parallel projections, which
+/// have a height of the view instead.
 fn camera_status(camera: Option<&Camera>, (middle, radius): ([f64; 3], f64)) -> Value {
     let upright = [0.0, 1.0, 0.0];
     let Some(camera) = camera else {
-        return json!({ "eye": [0.0, 0.0, 1.0], "target": [0.0, 0.0, 0.0], "up": upright, "fov": null });
+        return json!({ "eye": [0.0, 0.0, 1.0], "target": [0.0, 0.0, 0.0], "up": upright, "fov": null, "height": 1.0 });
     };
     let (eye, target, up) = match camera.pose {
         Pose::LookAt { eye, target, up } => (eye, target, up),
@@ -92,8 +95,12 @@ fn camera_status(camera: Option<&Camera>, (middle, radius): ([f64; 3], f64)) -> 
             (eye, target.into(), upright)
         }
     };
+    let mut height = None;
     let fov = match &camera.projection {
-        Projection::Orthographic { .. } => None,
+        Projection::Orthographic { height: own } => {
+            height = Some(own);
+            None
+        }
         Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => {
             Some(match *pinhole {
                 Pinhole {
@@ -108,7 +115,7 @@ fn camera_status(camera: Option<&Camera>, (middle, radius): ([f64; 3], f64)) -> 
             })
         }
     };
-    json!({ "eye": eye, "target": target, "up": up, "fov": fov })
+    json!({ "eye": eye, "target": target, "up": up, "fov": fov, "height": height })
 }
 
 /// Lists the effects that the scene has or that can be switched off, as `explain` lists them, each

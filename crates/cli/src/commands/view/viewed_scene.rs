@@ -14,9 +14,9 @@ use raywright_core::{Observer, ReadyScene, measure_scene_extent, prepare_for_pre
 use raywright_io::{LoadOptions, LoadedScene};
 
 use crate::commands::render::picture::refuse_file_flags;
+use crate::commands::view::progress::LoadObserver;
 use crate::early_stage::EarlyStageGuard;
 use crate::failure::Failure;
-use crate::observer::RunObserver;
 use crate::plan::{ChosenExposure, PicturePlan, RenderTask, choose_exposure};
 use crate::preparation::prepare_failure;
 use crate::scene_input;
@@ -26,7 +26,7 @@ use crate::scene_input;
 pub enum SceneChange {
     /// No work on the scene: only the display of the same picture changed.
     Display,
-    /// Only a move of the camera in the prepared scene.
+    /// Only a move of the camera in the prepared scene, or another size of the picture.
     Camera,
     /// A new preparation, because a setting changed.
     Preparation,
@@ -53,8 +53,9 @@ pub struct ViewedScene {
 
 impl ViewedScene {
     /// Loads and prepares a scene.
-    pub fn load(name: &OsStr, task: RenderTask, watch: &RunObserver<'_>) -> Result<Self, Failure> {
+    pub fn load(name: &OsStr, task: RenderTask, watch: &LoadObserver<'_>) -> Result<Self, Failure> {
         refuse_file_flags(&task)?;
+        watch.start_stage("reading the scene");
         let limits = &task.options.limits;
         let _beginning = EarlyStageGuard::start(name, limits.memory_bytes, None)?;
         let mut loaded = scene_input::load_with_observer(
@@ -67,6 +68,7 @@ impl ViewedScene {
         {
             return Err(failure);
         }
+        watch.start_stage("building the tree");
         let silhouette = OnceCell::new();
         let mut plan = task.resolve_job(&mut loaded, &task.jobs[0], &silhouette)?;
         let mut ready = prepare_loaded_for_previews(&loaded, &plan, watch)?;
@@ -97,7 +99,7 @@ impl ViewedScene {
         &mut self,
         name: &OsStr,
         task: RenderTask,
-        watch: &RunObserver<'_>,
+        watch: &LoadObserver<'_>,
     ) -> Result<SceneChange, Failure> {
         refuse_file_flags(&task)?;
         if task.options != self.task.options || chosen_rungs(&task) != chosen_rungs(&self.task) {
@@ -107,17 +109,21 @@ impl ViewedScene {
         let mut plan = task.resolve_job(&mut self.loaded, &task.jobs[0], &self.silhouette)?;
         let of_scene = |settings: &Settings| Settings {
             camera: None,
+            size: [1; 2],
             ..settings.clone()
         };
         let change = match &plan.settings.camera {
             _ if plan.settings == self.plan.settings => SceneChange::Display,
             Some(camera)
                 if of_scene(&plan.settings) == of_scene(&self.plan.settings)
-                    && self.ready.replace_camera(&self.loaded.scene, camera) =>
+                    && self
+                        .ready
+                        .replace_view(&self.loaded.scene, camera, plan.settings.size) =>
             {
                 SceneChange::Camera
             }
             _ => {
+                watch.start_stage("building the tree");
                 let _beginning =
                     EarlyStageGuard::start(name, task.options.limits.memory_bytes, None)?;
                 self.ready = prepare_loaded_for_previews(&self.loaded, &plan, watch)?;
@@ -168,7 +174,7 @@ impl ViewedScene {
 fn prepare_loaded_for_previews(
     loaded: &LoadedScene,
     plan: &PicturePlan,
-    watch: &RunObserver<'_>,
+    watch: &dyn Observer,
 ) -> Result<ReadyScene, Failure> {
     prepare_for_previews(&loaded.scene, &plan.settings, watch)
         .map_err(|error| prepare_failure(&loaded.source, error))

@@ -7,11 +7,14 @@ use std::ffi::OsString;
 use std::mem;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
+use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use raywright_core::RenderOutput;
 use raywright_core::accuracy::measure_effects;
+use raywright_core::denoise::sketch;
 use raywright_core::display::Display;
+use raywright_core::film::Film;
 use raywright_core::settings::Aov;
 use raywright_io::InputFiles;
 use raywright_io::output::{
@@ -23,7 +26,7 @@ use serde_json::json;
 use crate::commands::render::write;
 use crate::commands::view::flags::ViewCommand;
 use crate::commands::view::layers;
-use crate::commands::view::progress::{LiveRender, PreviewSpeed, RequestObserver};
+use crate::commands::view::progress::{LiveRender, LoadObserver, PreviewSpeed, RequestObserver};
 use crate::commands::view::shared::{SaveRequest, SharedView, ViewFrame, ViewJob, ViewRequest};
 use crate::commands::view::status::{list_effect_switches, scene_status};
 use crate::commands::view::viewed_scene::{FileStamps, SceneChange, ViewedScene};
@@ -93,18 +96,22 @@ impl ViewWorker {
         }
     }
 
-    /// Loads the scene and shows a first preview. Called before the page is served, so that the
-    /// program ends with the failure of a scene that cannot be loaded.
-    pub fn load_and_preview_scene(&mut self) -> Result<(), Failure> {
-        match self.shared.request_newer_than(self.view_request.0) {
-            Some(view_request) => self.apply_request(view_request, false),
-            None => Ok(()),
+    /// Loads the scene, and sends a message once it is loaded. Then serves requests and jobs and
+    /// renders, until the program is stopped or no page has been open for the time `linger`.
+    ///
+    /// The failure of a scene that cannot be loaded at the start.
+    pub fn run(mut self, loaded: &SyncSender<()>) -> Result<(), Failure> {
+        if let Some(request) = self.shared.request_newer_than(0) {
+            self.view_request = request.clone();
+            self.publish_status(None);
+            if let Err(failure) = self.apply_request(request, false) {
+                self.failure = Some(failure.message.clone());
+                self.publish_status(None);
+                return Err(failure);
+            }
         }
-    }
-
-    /// Serves requests and jobs and renders, until the program is stopped or no page has been open
-    /// for the time `linger`.
-    pub fn run(mut self) {
+        // The other thread has ended if it could not print the address.
+        let _ = loaded.try_send(());
         while !self.session.is_stopped()
             && !self
                 .linger
@@ -122,6 +129,7 @@ impl ViewWorker {
                     .wait_for_work(self.view_request.0, CHECK_INTERVAL);
             }
         }
+        Ok(())
     }
 
     /// Runs an operation. The page shows the message of a failure over the last picture.
@@ -146,7 +154,7 @@ impl ViewWorker {
             .parse_render_command(&self.view_request.1.flags)?
             .resolve_render_task()?;
         let (scene, session) = (&self.scene, &self.session);
-        let watch = session.observer();
+        let watch = LoadObserver::new(&self.shared, session.observer(), number);
         let change = match &mut self.viewed_scene {
             Some(subject) if !anew => session.run(|| subject.apply_task(scene, task, &watch))?,
             _ => {
@@ -192,7 +200,7 @@ impl ViewWorker {
             None => LiveRender::new(&subject.ready),
         };
         let layers: Vec<Aov> = self.shown_layer().into_iter().collect();
-        let watch = RequestObserver::new(&self.shared, watch, None);
+        let watch = RequestObserver::new(&self.shared, session.observer(), None);
         let (ready, speed) = (&subject.ready, &mut self.speed);
         let (sketch, edge) =
             session.run(|| render.render_first_preview(ready, &layers, speed, &watch));
@@ -384,8 +392,25 @@ impl ViewWorker {
 
     /// Converts a picture or preview to 8-bit codes for the page. `edge` is the edge of its pixels.
     fn encode_frame(&self, rendered: &RenderOutput, edge: u32) -> ViewFrame {
-        let (picture, noisy) = (rendered.final_picture(), &rendered.picture);
         let film = self.render.as_ref().map(|render| &render.film);
+        // A stage with too few samples to be denoised, and so without a claim, is filtered too.
+        let own;
+        let is_noisy = |film: &&Film| {
+            edge == 1
+                && film.is_to_be_denoised()
+                && rendered.denoised.as_ref().is_some_and(Result::is_err)
+        };
+        let noisy = &rendered.picture;
+        let picture = match film
+            .filter(is_noisy)
+            .and_then(|film| self.session.run(|| sketch(film)))
+        {
+            Some(picture) => {
+                own = picture;
+                &own
+            }
+            None => rendered.final_picture(),
+        };
         // A preview has no samples in the film, and so no standard errors.
         let film = film.filter(|film| {
             self.view_request.1.layer == "stderr"
@@ -419,14 +444,15 @@ impl ViewWorker {
         let (request, view_request) = &self.view_request;
         let phase = match &self.render {
             _ if self.failure.is_some() => "failed",
+            None => "loading",
             Some(render) if render.is_done => "done",
-            _ => "rendering",
+            Some(_) => "rendering",
         };
         let subject = self.viewed_scene.as_ref();
         let effects =
             subject.map(|subject| list_effect_switches(subject.ready.effects(), &self.costs));
         let render = self.render.as_ref();
-        let mut status = json!({
+        let status = json!({
             "request": request,
             "phase": phase,
             "failure": self.failure,
@@ -439,11 +465,7 @@ impl ViewWorker {
             "scene": subject.map(scene_status),
             "effects": effects.unwrap_or_default(),
         });
-        self.shared
-            .publish_frame_and_status(frame, |number, picture| {
-                (status["number"], status["picture"]) = (number.into(), picture.into());
-                status.to_string()
-            });
+        self.shared.publish_frame_and_status(frame, status);
     }
 }
 
