@@ -82,21 +82,18 @@ impl<R: Real> DistanceFalloff<R> {
     }
 }
 
-/// Greatest number of point and spot lights that are sampled along segments in media. More are
-/// chosen by their tree, at scatterings.
+/// Greatest number of lights without size that are sampled along segments in media. More are chosen
+/// by their tree, at scatterings.
 pub(crate) const MOST_PLACED: usize = 8;
 
-/// Returns indices and positions of the point and spot lights; none if they are more than
-/// [`MOST_PLACED`].
-pub(crate) fn placed_lights<R: Real>(lights: &[DeltaLight<R>]) -> Vec<(u32, DVec3)> {
-    let position =
-        |(i, light): (usize, &DeltaLight<R>)| Some((i as u32, light.position()?.to_f64()));
-    let placed: Vec<_> = lights.iter().enumerate().filter_map(position).collect();
-    if placed.len() > MOST_PLACED {
-        Vec::new()
-    } else {
-        placed
+/// Returns indices of the lights, with the positions of point and spot lights; none if the lights
+/// are more than [`MOST_PLACED`].
+pub(crate) fn placed_lights<R: Real>(lights: &[DeltaLight<R>]) -> Vec<(u32, Option<DVec3>)> {
+    if lights.len() > MOST_PLACED {
+        return Vec::new();
     }
+    let position = |light: &DeltaLight<R>| light.position().map(|position| position.to_f64());
+    (0..).zip(lights.iter().map(position)).collect()
 }
 
 impl<R: Real> DeltaLight<R> {
@@ -241,6 +238,48 @@ impl<R: Real> DeltaLight<R> {
                 Some(*position)
             }
         }
+    }
+
+    /// Returns the part of a ray within the cone of a spot light: an empty one if the ray misses the
+    /// cone, and the whole range for other lights and for cones of a right angle and more.
+    pub fn lit_range(&self, origin: DVec3, ray: DVec3, range: [f64; 2]) -> [f64; 2] {
+        let DeltaLightKind::Spot {
+            position,
+            direction,
+            scale,
+            offset,
+            ..
+        } = &self.kind
+        else {
+            return range;
+        };
+        // Cosine of the outer angle, lowered by what the light's edge may round.
+        let cos = -(offset.to_f64() / scale.to_f64()) - 4.0 * R::ROUNDOFF.to_f64();
+        if cos <= 0.0 {
+            return range;
+        }
+        let (start, axis) = (origin - position.to_f64(), direction.to_f64());
+        let (across, ahead) = (ray.dot(axis), start.dot(axis));
+        // (x·axis)² − cos² x² along the ray is a t² + 2 b t + c.
+        let a = across * across - cos * cos * ray.length_squared();
+        let b = ahead * across - cos * cos * start.dot(ray);
+        let c = ahead * ahead - cos * cos * start.length_squared();
+        let root = (b * b - a * c).max(0.0).sqrt();
+        let q = -(b + root.copysign(b));
+        let crossings = [q / a, c / q].map(|t| if t.is_nan() { range[0] } else { t });
+        let [near, far] = [
+            crossings[0].min(crossings[1]).clamp(range[0], range[1]),
+            crossings[0].max(crossings[1]).clamp(range[0], range[1]),
+        ];
+        // The cone is convex: one of the three parts, if any, lies in it.
+        let is_lit = |[from, to]: &[f64; 2]| {
+            let x = start + ray * (0.5 * (from + to));
+            to > from && x.dot(axis) >= cos * x.length()
+        };
+        [[range[0], near], [near, far], [far, range[1]]]
+            .into_iter()
+            .find(is_lit)
+            .unwrap_or([range[0]; 2])
     }
 
     /// Returns the bounds of positions and directions; `None` for a directional light.

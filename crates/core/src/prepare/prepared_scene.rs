@@ -107,7 +107,7 @@ pub(crate) struct PreparedScene<R: Real> {
     /// Media inside bodies.
     pub(crate) media: Vec<PreparedMedium>,
     /// Lamps without size that are sampled along segments in media; empty without media.
-    pub(crate) equiangular_lamps: Vec<(u32, DVec3)>,
+    pub(crate) equiangular_lamps: Vec<(u32, Option<DVec3>)>,
     /// The air; `None` if it is clear.
     pub(crate) air: Option<PreparedAir>,
     /// Priority of each material's bodies. Where bodies overlap, light is in the body of the

@@ -1,12 +1,13 @@
-//! Light of lamps without size in thin even media, by equiangular sampling: points along a segment
-//! are denser where the lamp is near ("Importance Sampling Techniques for Path Tracing in
-//! Participating Media", Kulla, Fajardo 2012). Half of the points follow the attenuation instead; the
-//! weight is that of the mixture. Where a segment is sampled so, its scatterings leave these lamps
-//! out.
+//! Light of lamps without size and of suns in thin media, by points along a segment: denser where a
+//! lamp is near ("Importance Sampling Techniques for Path Tracing in Participating Media", Kulla,
+//! Fajardo 2012), even for a sun, and only within the cone of a spot. Half of the points follow the
+//! attenuation instead; the weight is that of the mixture. Where a segment is sampled so, its
+//! scatterings leave these lamps out.
 
+use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
-use super::scattering::{beer_lambert, numbers, phase};
+use super::scattering::{numbers, phase};
 use super::{PathState, PathTracer};
 use crate::light::{LightId, MOST_PLACED};
 use crate::prepare::PreparedMedium;
@@ -15,98 +16,204 @@ use crate::sampler::SamplePurpose;
 /// Optical depth of a segment from which on it is sampled by its scatterings alone.
 const THICK: f64 = 8.0;
 
+/// Number of points on a camera ray, which are most of the noise of shafts and cones of light.
+const CAMERA_POINTS: u32 = 4;
+
+/// Steps between the points of a camera ray, by number of the random number: even along the ray,
+/// and irrational for the choices of lamp and of technique (Martin Roberts, "The Unreasonable
+/// Effectiveness of Quasirandom Sequences", 2018).
+const STEPS: [f64; 3] = [1.0 / CAMERA_POINTS as f64, 0.754_877_67, 0.569_840_29];
+
+/// Lights without size that are sampled along a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LightsAlong {
+    None,
+    /// Point and spot lights.
+    Lamps,
+    LampsAndSuns,
+}
+
 /// A lamp along a segment.
 #[derive(Clone, Copy, Default)]
 struct SegmentLamp {
     index: u32,
-    /// Distance along the segment of its point closest to the lamp, and distance of both.
-    along: f64,
-    aside: f64,
-    /// Angles of the segment's ends, seen from the lamp.
-    angles: [f64; 2],
+    /// Part of the segment that the lamp may light.
+    range: [f64; 2],
+    /// Distance along the segment of its point closest to the lamp, and distance of both; `None`
+    /// for a sun.
+    closest: Option<[f64; 2]>,
+    /// Angles of the part's ends, seen from the lamp; for a sun its distances.
+    ends: [f64; 2],
     /// Estimate of the light that the segment gets.
     weight: f64,
 }
 
+impl SegmentLamp {
+    /// Returns the distance of a uniform number, dense where the lamp is near.
+    fn sample(&self, u: f64) -> f64 {
+        let [start, end] = self.ends;
+        let at = start + u * (end - start);
+        self.closest
+            .map_or(at, |[along, aside]| along + aside * libm::tan(at))
+    }
+
+    /// Returns the density per metre of [`Self::sample`].
+    fn density(&self, t: f64) -> f64 {
+        let span = self.ends[1] - self.ends[0];
+        match self.closest {
+            Some([along, aside]) => aside / (span * (aside * aside + (t - along) * (t - along))),
+            None => 1.0 / span,
+        }
+    }
+}
+
 impl<R: Real> PathTracer<'_, R> {
-    /// Whether lamps are sampled along a segment, apart from its scatterings.
-    pub(super) fn samples_lamps_along(
+    /// Returns the lights that are sampled along a segment, apart from its scatterings: in thin media
+    /// that light enters straight. The surface of a body blocks all of it. `is_first`: whether the
+    /// segment is a camera ray. Suns along later ones cost more than they bring.
+    pub(super) fn lights_along(
         &self,
         medium: &PreparedMedium,
         [from, to]: [f64; 2],
-    ) -> bool {
-        !self.scene.equiangular_lamps.is_empty()
-            && medium.density.is_none()
-            && !medium.is_dark()
-            && medium.majorant.max_element() * (to - from) < THICK
+        is_first: bool,
+    ) -> LightsAlong {
+        let is_open = |material: u32| self.scene.materials[material as usize].is_open();
+        let depth = medium.majorant.max_element() * (to - from);
+        if self.scene.equiangular_lamps.is_empty()
+            || medium.is_dark()
+            || !medium.material.is_none_or(is_open)
+            || !(f64::MIN_POSITIVE..THICK).contains(&depth)
+        {
+            LightsAlong::None
+        } else if is_first {
+            LightsAlong::LampsAndSuns
+        } else {
+            LightsAlong::Lamps
+        }
     }
 
-    /// Whether a light is one of the lamps that are sampled along segments.
-    pub(super) fn is_lamp_along(&self, light: LightId) -> bool {
-        matches!(light, LightId::Delta(i) if self.scene.lights.delta[i as usize].position().is_some())
+    /// Whether a light is one of those that are sampled along a segment.
+    pub(super) fn is_along(&self, lights: LightsAlong, light: LightId) -> bool {
+        let LightId::Delta(i) = light else {
+            return false;
+        };
+        match lights {
+            LightsAlong::None => false,
+            LightsAlong::Lamps => self.scene.lights.delta[i as usize].position().is_some(),
+            LightsAlong::LampsAndSuns => true,
+        }
     }
 
-    /// Samples a lamp and a point of a segment, and adds the light that is scattered there along the
+    /// Samples lamps and points of a segment, and adds the light that is scattered there along the
     /// path.
     pub(super) fn add_light_along(
         &mut self,
         path: &mut PathState<R>,
         medium: &PreparedMedium,
         [from, to]: [f64; 2],
-        walk: u32,
+        (lights, walk): (LightsAlong, u32),
     ) {
+        let has_suns = match lights {
+            LightsAlong::None => return,
+            LightsAlong::Lamps => false,
+            LightsAlong::LampsAndSuns => true,
+        };
         let (origin, direction) = (path.segment.ray.origin, path.segment.ray.direction);
-        let (origin, direction) = (origin.to_f64(), direction.to_f64());
-        let [u, u_lamp, u_technique, _] =
-            numbers(path, SamplePurpose::Airlight, walk).map(f64::from);
+        let segment = (origin.to_f64(), direction.to_f64(), [from, to]);
         let mut lamps = [SegmentLamp::default(); MOST_PLACED];
         let placed = &self.scene.equiangular_lamps;
+        let lamps = &mut lamps[..placed.len()];
         for (lamp, &(index, position)) in lamps.iter_mut().zip(placed) {
-            let offset = position - origin;
-            let along = offset.dot(direction);
-            // On the line of the segment, no farther from it than the segment resolves.
-            let least = R::ROUNDOFF.to_f64() * (offset.length() + to - from);
-            let aside = (offset - direction * along).length().max(least);
-            let angles = [from, to].map(|end| libm::atan2(end - along, aside));
-            let light = &self.scene.lights.delta[index as usize];
-            let weight = light.intensity(aside) * (angles[1] - angles[0]) / aside;
-            *lamp = SegmentLamp {
-                index,
-                along,
-                aside,
-                angles,
-                weight,
-            };
+            if has_suns || position.is_some() {
+                *lamp = self.lamp_along((index, position), segment);
+            }
         }
         let sum: f64 = lamps.iter().map(|lamp| lamp.weight).sum();
-        let mut rest = u_lamp * sum;
-        let Some(lamp) = lamps[..placed.len()].iter().find(|lamp| {
-            rest -= lamp.weight;
-            rest < 0.0
-        }) else {
-            return;
+        let drawn = numbers(path, SamplePurpose::Airlight, walk).map(f64::from);
+        let points = if has_suns { CAMERA_POINTS } else { 1 };
+        for k in 0..points {
+            let [u, u_lamp, u_technique] = core::array::from_fn(|i| {
+                let u = drawn[i] + STEPS[i] * f64::from(k);
+                u - u.floor()
+            });
+            let mut rest = u_lamp * sum;
+            let Some(lamp) = lamps.iter().find(|lamp| {
+                rest -= lamp.weight;
+                rest < 0.0
+            }) else {
+                continue;
+            };
+            let chance = lamp.weight / sum * f64::from(points);
+            self.add_light_of_lamp(path, medium, segment, (lamp, chance), [u, u_technique]);
+        }
+    }
+
+    /// Returns a lamp as a segment sees it.
+    fn lamp_along(
+        &self,
+        (index, position): (u32, Option<DVec3>),
+        (origin, direction, segment): (DVec3, DVec3, [f64; 2]),
+    ) -> SegmentLamp {
+        let light = &self.scene.lights.delta[index as usize];
+        let [from, to] = segment;
+        let Some(position) = position else {
+            return SegmentLamp {
+                index,
+                range: segment,
+                closest: None,
+                ends: segment,
+                weight: light.intensity(1.0) * (to - from),
+            };
         };
-        let (rate, [start, end]) = (medium.majorant.max_element(), lamp.angles);
-        let lost = -libm::expm1(-rate * (to - from));
+        let range = light.lit_range(origin, direction, segment);
+        let offset = position - origin;
+        let along = offset.dot(direction);
+        // On the line of the segment, no farther from it than the segment resolves.
+        let least = R::ROUNDOFF.to_f64() * (offset.length() + to - from);
+        let aside = (offset - direction * along).length().max(least);
+        let ends = range.map(|end| libm::atan2(end - along, aside));
+        SegmentLamp {
+            index,
+            range,
+            closest: Some([along, aside]),
+            ends,
+            weight: light.intensity(aside) * (ends[1] - ends[0]).max(0.0) / aside,
+        }
+    }
+
+    /// Samples a point of a segment for a lamp, and adds the light that is scattered there. `chance`
+    /// is the expected number of points of the lamp.
+    fn add_light_of_lamp(
+        &mut self,
+        path: &mut PathState<R>,
+        medium: &PreparedMedium,
+        (origin, direction, [from, _]): (DVec3, DVec3, [f64; 2]),
+        (lamp, chance): (&SegmentLamp, f64),
+        [u, u_technique]: [f64; 2],
+    ) {
+        let (rate, [start, end]) = (medium.majorant.max_element(), lamp.range);
+        let lost = -libm::expm1(-rate * (end - start));
         let t = if u_technique < 0.5 {
-            lamp.along + lamp.aside * libm::tan(start + u * (end - start))
+            lamp.sample(u)
         } else {
-            from - libm::log1p(-u * lost) / rate
+            start - libm::log1p(-u * lost) / rate
         };
-        let t = t.clamp(from, to);
-        let square = lamp.aside * lamp.aside + (t - lamp.along) * (t - lamp.along);
-        let equiangular = lamp.aside / ((end - start) * square);
-        let exponential = rate * libm::exp(-rate * (t - from)) / lost;
-        let density = 0.5 * (equiangular + exponential) * lamp.weight / sum;
-        let point = R::Vec3::from_f64(origin + direction * t);
+        let t = t.clamp(start, end);
+        let exponential = rate * libm::exp(-rate * (t - start)) / lost;
+        let density = 0.5 * (lamp.density(t) + exponential) * chance;
+        let place = origin + direction * t;
+        let point = R::Vec3::from_f64(place);
         let Some(sample) = self.scene.lights.delta[lamp.index as usize].sample(point) else {
             return;
         };
-        let scattering = medium.majorant * medium.albedo;
-        let share = beer_lambert(medium.majorant, t - from)
+        let scattering = medium.majorant * medium.albedo * self.relative_density(medium, place);
+        let share = self.transmittance_along(path, medium, (origin, direction, [from, t]))
             * scattering
             * (phase(medium.anisotropy, direction, sample.direction.to_f64()) / density);
         let scattered = sample.arriving * R::Vec3::from_f64(share);
-        self.add_visible_light(path, point, (LightId::Delta(lamp.index), sample), scattered);
+        if scattered != Vector::ZERO {
+            let light = (LightId::Delta(lamp.index), sample);
+            self.add_visible_light(path, point, light, scattered);
+        }
     }
 }

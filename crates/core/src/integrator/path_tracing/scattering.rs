@@ -14,6 +14,7 @@ use core::f64::consts::TAU;
 use glam::DVec3;
 use raywright_bvh::{Hit, Ray, Real, Surface, TriangleSlot, Vector};
 
+use super::equiangular::LightsAlong;
 use super::light::power_heuristic;
 use super::roulette::{FORCED_ROULETTE_SEGMENTS, apply_roulette, max_survival_after};
 use super::scatter::ScatteredRay;
@@ -89,10 +90,13 @@ impl<'a, R: Real> PathTracer<'a, R> {
             };
             let is_shaded = path.segments_traced + u32::from(walk == 0) - path.matched_segments
                 < self.max_depth;
-            let has_lamps = is_shaded && self.samples_lamps_along(medium, range);
-            if has_lamps {
-                self.add_light_along(path, medium, range, walk);
-            }
+            let is_first = path.segments_traced == 0 && walk == 0;
+            let lights = if is_shaded {
+                self.lights_along(medium, range, is_first)
+            } else {
+                LightsAlong::None
+            };
+            self.add_light_along(path, medium, range, (lights, walk));
             let Some(distance) = self.sample_distance(path, medium, range, walk) else {
                 return (path.throughput != Vector::ZERO).then_some(hit);
             };
@@ -104,7 +108,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
                 Some(hit) => distance.min(hit.t.to_f64() - resolution).max(range[0]),
                 None => distance,
             };
-            if !self.scatter_at(path, medium, (distance, has_lamps), walk) {
+            if !self.scatter_at(path, medium, (distance, lights), walk) {
                 return None;
             }
             hit = self.intersect_path_ray(path);
@@ -147,7 +151,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
 
     /// Returns the scattering medium that a segment goes through, and the distances at which it
     /// begins and ends; `None` in a clear medium, or one that only absorbs evenly.
-    fn segment_medium(
+    pub(super) fn segment_medium(
         &self,
         path: &mut PathState<R>,
         hit: Option<&Hit<R>>,
@@ -250,7 +254,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
 
     /// Returns the density of a medium at a point over the greatest density. Values out of this range
     /// are counted.
-    fn relative_density(&mut self, medium: &PreparedMedium, point: DVec3) -> f64 {
+    pub(super) fn relative_density(&mut self, medium: &PreparedMedium, point: DVec3) -> f64 {
         let Some((program, per_most)) = medium.density else {
             return 1.0;
         };
@@ -265,12 +269,12 @@ impl<'a, R: Real> PathTracer<'a, R> {
 
     /// Scatters a path at a distance along its segment: adds the light that reaches this point
     /// directly, and continues in a direction of the phase function. Returns whether the path goes
-    /// on. `has_lamps`: whether the segment has the light of lamps already.
+    /// on. `along`: lights whose light the segment has already.
     fn scatter_at(
         &mut self,
         path: &mut PathState<R>,
         medium: &PreparedMedium,
-        (distance, has_lamps): (f64, bool),
+        (distance, along): (f64, LightsAlong),
         walk: u32,
     ) -> bool {
         // All scatterings between two surfaces are one segment.
@@ -282,7 +286,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
         let incoming = path.segment.ray.direction.to_f64();
         let point = path.segment.ray.origin.to_f64() + incoming * distance;
         let point = R::Vec3::from_f64(point);
-        self.add_scattered_light(path, medium, (point, has_lamps), walk);
+        self.add_scattered_light(path, medium, (point, along), walk);
         let [u, v, u_roulette, _] = numbers(path, SamplePurpose::Scatter, walk);
         let direction = sample_phase(medium.anisotropy, incoming, [u, v].map(f64::from));
         let direction = R::Vec3::from_f64(direction);
@@ -310,7 +314,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
         &mut self,
         path: &mut PathState<R>,
         medium: &PreparedMedium,
-        (point, has_lamps): (R::Vec3, bool),
+        (point, along): (R::Vec3, LightsAlong),
         walk: u32,
     ) {
         let lights = &self.scene.lights;
@@ -323,7 +327,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
         else {
             return;
         };
-        if has_lamps && self.is_lamp_along(light) {
+        if self.is_along(along, light) {
             return;
         }
         let Some(sample) = lights.sample(light, point, [u, v], probability) else {
@@ -395,7 +399,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
 
     /// Returns the transmittance of a medium along a ray: exact in an even medium, otherwise an
     /// estimate by ratio tracking.
-    fn transmittance_along(
+    pub(super) fn transmittance_along(
         &mut self,
         path: &PathState<R>,
         medium: &PreparedMedium,
