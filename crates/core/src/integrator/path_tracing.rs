@@ -26,6 +26,7 @@ mod scattering;
 mod shade;
 mod straight_transmittance;
 mod transmittance;
+mod veiled_hits;
 mod vertex_queues;
 mod vertices;
 mod wavefront;

@@ -57,6 +57,10 @@ impl<R: Real> PathTracer<'_, R> {
         if self.keeps_first {
             results.first_hits.resize(rays.rays.len(), None);
             results.direct.resize(rays.rays.len(), Vector::ZERO);
+            if self.scene.scatters {
+                let hits = (&*wave.active, &*wave.hits);
+                self.find_veiled_hits(&wave.paths, hits, &mut results.first_hits);
+            }
         }
         loop {
             if self.scene.scatters {
