@@ -5,7 +5,7 @@ use core::f64::consts::{PI, TAU};
 
 use raywright_core::Settings;
 use raywright_core::scene::Scene;
-use raywright_core::settings::PrecisionChoice;
+use raywright_core::settings::{Aov, PrecisionChoice, Sampling};
 use serde_json::{Value, json};
 
 use crate::paths::{expect_pixels, lamp, mean_radiance, paths};
@@ -72,6 +72,16 @@ fn bodies_without_absorption_keep_all_light() {
         (json!(50), 0.6, clear.clone()),
         (json!([3, 0, 8]), -0.5, clear),
         (json!(5), 0.3, json!({ "ior": 1, "roughness": 0 })),
+        (
+            json!([4, 20, 0]),
+            0.0,
+            json!({ "ior": 1.5, "roughness": 0.4 }),
+        ),
+        (
+            json!([2, 9, 40]),
+            -0.999,
+            json!({ "transmission": 0, "ior": 1, "specular": 0, "diffuse_transmission": { "factor": 0.7 } }),
+        ),
     ] {
         let label = format!("{scattering}, {anisotropy}, {terms}");
         let medium = json!({ "scattering": scattering, "anisotropy": anisotropy });
@@ -97,6 +107,170 @@ fn a_thousand_mean_free_paths() {
         let output = render_scene(&found, &settings);
         assert_eq!((output.counters.dropped, output.counters.cut_short), (0, 0));
         expect_mean(&found, &settings, [1.0; 3], 2e-3, "thick");
+    }
+}
+
+/// Protects: bodies of every kind keep all light: boxes and rings, moved instances of a mesh, five
+/// bodies one in another, a hundred thousand of them, and a medium of nothing.
+#[test]
+fn bodies_of_every_kind_keep_all_light() {
+    let under_sky = |mut parts: Value| {
+        parts["sky"] = json!({ "constant": 1 });
+        scene(parts)
+    };
+    let white = |rate: f64| json!({ "scattering": [rate, 2.0 * rate, 0], "anisotropy": 0.4 });
+    let of = |shape: Value| json!({ "shape": shape, "material": "body" });
+    let shapes = [
+        of(json!({ "box": { "min": [-1, -0.4, -0.6], "max": [1, 0.5, 0.6] } })),
+        of(
+            json!({ "torus": { "centre": [0.2, 0.1, 0], "axis": [0.1, 0.2, 1], "major_radius": 0.3, "minor_radius": 0.2 } }),
+        ),
+    ];
+    let inline = json!({ "positions": [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]],
+        "indices": [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]] });
+    let instance = |x: f64, turn: f64| {
+        json!({ "shape": { "mesh": "octahedron" }, "material": "body",
+        "transform": [{ "scale": [0.6, 0.5, 0.7] }, { "rotate": { "axis": [1, 2, 3], "degrees": turn } }, { "translate": [x, 0.1, 0] }] })
+    };
+    let shells: Vec<_> = (0..5)
+        .map(|k| {
+            let surface = json!({ "ior": 1.0 + 0.1 * f64::from(k), "priority": k });
+            body(
+                &format!("shell {k}"),
+                white(f64::from(5 - k)),
+                if k % 2 == 0 { open() } else { surface },
+            )
+        })
+        .collect();
+    let nested: Vec<_> = (0..5)
+        .map(|k| {
+            ball(
+                [0.05 * f64::from(k), 0.0, 0.0],
+                1.0 - 0.2 * f64::from(k),
+                &format!("shell {k}"),
+            )
+        })
+        .collect();
+    let crowd = json!([{ "kind": { "grid": { "counts": [47, 47, 47], "origin": [-1, -1, -1], "step": [0.043, 0.043, 0.043] } },
+        "object": ball([0.0; 3], 0.02, "body") }]);
+    let clear = || json!([body("body", white(7.0), json!({ "ior": 1.4 }))]);
+    let cloud = |medium: Value| json!([body("body", medium, open())]);
+    for (label, found) in [
+        (
+            "box",
+            under_sky(json!({ "materials": clear(), "objects": [shapes[0]] })),
+        ),
+        (
+            "ring",
+            under_sky(json!({ "materials": clear(), "objects": [shapes[1]] })),
+        ),
+        (
+            "instances",
+            under_sky(
+                json!({ "materials": clear(), "meshes": [{ "name": "octahedron", "source": { "inline": inline } }],
+            "objects": [instance(0.0, 20.0), instance(-1.5, 70.0)] }),
+            ),
+        ),
+        (
+            "shells",
+            under_sky(json!({ "materials": shells, "objects": nested })),
+        ),
+        (
+            "crowd",
+            under_sky(
+                json!({ "materials": cloud(white(9.0)), "objects": [], "generators": crowd }),
+            ),
+        ),
+        (
+            "nothing",
+            under_sky(
+                json!({ "materials": cloud(json!({ "density": "0*p.x", "max_density": 0, "scattering": 4 })), "objects": [shapes[0]] }),
+            ),
+        ),
+    ] {
+        let settings = Settings {
+            size: [20; 2],
+            ..endless(&found, ONTO)
+        };
+        let counters = render_scene(&found, &settings).counters;
+        assert_eq!((counters.dropped, counters.cut_short), (0, 0), "{label}");
+        expect_mean(&found, &settings, [1.0; 3], 2e-3, label);
+    }
+}
+
+/// Source function of a slab that scatters evenly under an even sky of radiance 1, in cells of its
+/// optical depth, by Milne's integral equation J = ω/2 (E₂ + ∫ E₁ J).
+fn slab_source(albedo: f64, depth: f64) -> Vec<f64> {
+    const CELLS: usize = 400;
+    const DIRECTIONS: u32 = 2000;
+    let step = depth / CELLS as f64;
+    let e2 = |x: f64| {
+        let at = |i: u32| (-x * f64::from(DIRECTIONS) / (f64::from(i) + 0.5)).exp();
+        (0..DIRECTIONS).map(at).sum::<f64>() / f64::from(DIRECTIONS)
+    };
+    let edges: Vec<f64> = (0..=CELLS)
+        .map(|k| e2((k as f64 - 0.5).abs() * step))
+        .collect();
+    let kernel = |i: usize, j: usize| match i.abs_diff(j) {
+        0 => 2.0 * (1.0 - edges[0]),
+        k => edges[k] - edges[k + 1],
+    };
+    let first: Vec<f64> = (0..CELLS)
+        .map(|i| 0.5 * albedo * e2((i as f64 + 0.5) * step))
+        .collect();
+    let mut source = first.clone();
+    for _ in 0..200 {
+        let around = |i: usize| (0..CELLS).map(|j| kernel(i, j) * source[j]).sum::<f64>();
+        source = (0..CELLS)
+            .map(|i| first[i] + 0.5 * albedo * around(i))
+            .collect();
+    }
+    source
+}
+
+/// Protects: a slab under an even sky reflects and passes what Milne's equation says by angle, and
+/// a slab that absorbs nothing loses nothing. The oracle itself passes the flux of the tables of
+/// van de Hulst ("Multiple Light Scattering", 1980) and of Heaslet and Warming (1965).
+#[test]
+fn slabs_reflect_and_pass_by_milnes_equation() {
+    for (albedo, depth, table) in [
+        (1.0, 0.5, Some(0.7040)),
+        (1.0, 2.0, Some(0.3900)),
+        (0.8, 1.0, None),
+    ] {
+        let source = slab_source(albedo, depth);
+        let step = depth / source.len() as f64;
+        let returned = |mu: f64, distance: &dyn Fn(f64) -> f64| -> f64 {
+            let seen = |i: usize| (-distance(i as f64 * step) / mu).exp();
+            (0..source.len())
+                .map(|i| source[i] * (seen(i) - seen(i + 1)).abs())
+                .sum()
+        };
+        let reflected = |mu: f64| returned(mu, &|t| t);
+        let passed = |mu: f64| returned(mu, &|t| depth - t) + (-depth / mu).exp();
+        let flux: f64 = (0..500)
+            .map(|i| (f64::from(i) + 0.5) / 500.0)
+            .map(|mu| 2.0 * mu * passed(mu) / 500.0)
+            .sum();
+        assert!(
+            table.is_none_or(|table: f64| (flux - table).abs() < 5e-4),
+            "{flux} beside {table:?}"
+        );
+        let medium = json!({ "scattering": albedo, "absorption": 1.0 - albedo });
+        let found = scene(
+            json!({ "sky": { "expression": "d.y > 0 ? 1 : 0" }, "materials": [body("fog", medium, open())],
+            "objects": [{ "shape": { "box": { "min": [-1e4, 0, -1e4], "max": [1e4, depth, 1e4] } }, "material": "fog" }] }),
+        );
+        for mu in [1.0, 0.4_f64] {
+            let across = (1.0 - mu * mu).sqrt();
+            let above: EyeAndTarget = [[across, depth + mu, 1e-3], [0.0, depth, 0.0]];
+            let below: EyeAndTarget = [[across, -mu, 1e-3], [0.0; 3]];
+            for (view, expected) in [(above, reflected(mu)), (below, passed(mu))] {
+                let label = format!("albedo {albedo}, depth {depth}, {view:?}");
+                expect_mean(&found, &endless(&found, view), [expected; 3], 3e-3, &label);
+            }
+            assert!(albedo < 1.0 || (reflected(mu) + passed(mu) - 1.0).abs() < 1e-3);
+        }
     }
 }
 
@@ -239,6 +413,118 @@ fn a_lamp_in_thin_air() {
             ..endless(&found, view)
         };
         expect_mean(&found, &settings, [expected; 3], 3e-3, &format!("g = {g}"));
+    }
+}
+
+/// Protects: the light of a sun and of a spot that thin air scatters into a ray, where its density
+/// is a formula, against the integral by quadrature. The air absorbs nearly all.
+#[test]
+fn shafts_and_cones_in_air_by_formula() {
+    const STEPS: u32 = 200_000;
+    let (rate, albedo, reach, g) = (0.5, 1e-3, 6.0, 0.4_f64);
+    let density = |x: f64, y: f64| (-0.3 * y).exp() * (1.0 + 0.5 * (2.0 * x).sin());
+    // Thickness along x, and up from the ray to the spot.
+    let ahead = |x: f64| 0.5 * reach + x + 0.25 * ((-reach).cos() - (2.0 * x).cos());
+    let sun = json!({ "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": 50 });
+    let spot = json!({ "kind": { "spot": { "position": [0.5, 1.5, 0], "direction": [-0.2, -1, 0], "inner_angle": 0, "outer_angle": 25 } }, "colour": 500 });
+    let box_of = |min: f64, max: f64| json!({ "shape": { "box": { "min": [min, -1, -1], "max": [max, 1, 1] } }, "material": "wall" });
+    for light in [sun, spot] {
+        let is_sun = light["colour"] == 50;
+        let air = json!({ "scattering": rate * albedo, "absorption": rate * (1.0 - albedo), "anisotropy": g,
+            "density": "exp(-0.3*p.y)*(1 + 0.5*sin(2*p.x))", "max_density": 1.7, "radius": 4.0 });
+        let found = scene(
+            json!({ "air": air, "lights": [light], "materials": [{ "name": "wall", "model": { "classic": { "colour": 0 } } }],
+            "objects": [box_of(0.5 * reach, reach), box_of(-reach, -0.5 * reach - 0.5)] }),
+        );
+        let view: EyeAndTarget = [[-0.5 * reach, 0.0, 0.0], [0.0; 3]];
+        // Optical thickness from a point of the ray to another one above it, by 64 midpoints.
+        let thickness = |x: f64, [dx, dy]: [f64; 2], length: f64| {
+            let at = |i: u32| (f64::from(i) + 0.5) / 64.0 * length;
+            let sum: f64 = (0..64).map(|i| density(x + dx * at(i), dy * at(i))).sum();
+            rate * sum * length / 64.0
+        };
+        let step = reach / f64::from(STEPS);
+        let scattered = |i: u32| {
+            let x = (f64::from(i) + 0.5) * step - 0.5 * reach;
+            let (to, length, arriving) = if is_sun {
+                // To the edge of the air.
+                ([0.0, 1.0], (16.0 - x * x).sqrt(), 50.0)
+            } else {
+                let [dx, dy] = [0.5 - x, 1.5];
+                let r = dx.hypot(dy);
+                let cos = (0.2 * dx + dy) / (r * 0.2_f64.hypot(1.0));
+                let outer = 25_f64.to_radians().cos();
+                let edge = ((cos - outer) / (1.0 - outer)).clamp(0.0, 1.0);
+                ([dx / r, dy / r], r, 500.0 * edge * edge / (r * r))
+            };
+            if arriving == 0.0 {
+                return 0.0;
+            }
+            // Of the light's direction, and that to the eye, along −x.
+            let cos = to[0];
+            let phase = (1.0 - g * g) / (2.0 * TAU * (1.0 + g * g - 2.0 * g * cos).powf(1.5));
+            let lost = rate * ahead(x) + thickness(x, to, length);
+            rate * albedo * density(x, 0.0) * phase * arriving * (-lost).exp()
+        };
+        let expected = (0..STEPS)
+            .step_by(20)
+            .map(|i| scattered(i + 10))
+            .sum::<f64>()
+            * 20.0
+            * step;
+        let settings = Settings {
+            size: [64; 2],
+            ..endless(&found, view)
+        };
+        expect_mean(
+            &found,
+            &settings,
+            [expected; 3],
+            3e-3,
+            if is_sun { "sun" } else { "spot" },
+        );
+    }
+}
+
+/// Protects: layers show the surface behind fog, and the fog in front of it, in their visible
+/// shares and without noise: also behind a cloud without a surface, and for a formula.
+#[test]
+fn layers_show_what_fog_leaves_of_a_surface() {
+    let wall =
+        json!({ "name": "wall", "model": physical(json!({ "base_colour": [0.8, 0.4, 0.1] })) });
+    let plate = json!({ "shape": { "box": { "min": [-9, -9, -3], "max": [9, 9, -2] } }, "material": "wall" });
+    for density in [json!(0.5), json!("p.x > -99 ? 0.5 : 0")] {
+        let fog = json!({ "scattering": 0.3, "absorption": 0.1, "density": density });
+        let smoke = json!({ "scattering": 0.5, "absorption": 1.5, "density": density });
+        let cloud = json!({ "shape": { "box": { "min": [-5, -5, -1], "max": [5, 5, 0] } }, "material": "smoke" });
+        let found = scene(
+            json!({ "air": fog, "sky": { "constant": 1 }, "materials": [wall, body("smoke", smoke, open())], "objects": [plate, cloud] }),
+        );
+        let settings = Settings {
+            aovs: vec![Aov::Albedo, Aov::Normal],
+            sampling: Sampling::General(8),
+            ..endless(&found, [[0.0, 0.0, 2.0], [0.0; 3]])
+        };
+        let picture = render_scene(&found, &settings).picture;
+        // Two metres of fog, one of smoke, one of fog.
+        let left = [0.4_f64, 1.0, 0.2].map(|depth| (-depth).exp());
+        let media = 0.75 * (1.0 - left[0])
+            + left[0] * (0.25 * (1.0 - left[1]) + left[1] * 0.75 * (1.0 - left[2]));
+        let visible: f64 = left.iter().product();
+        for (name, surface, rest) in [
+            ("albedo.R", 0.8, media),
+            ("albedo.B", 0.1, media),
+            ("normal.Z", 1.0, 0.0),
+        ] {
+            let layer = picture.layer(name).expect("a layer");
+            let expected = (visible * surface + rest) as f32;
+            let off = layer
+                .samples
+                .iter()
+                .map(|value| (value - expected).abs())
+                .fold(0.0, f32::max);
+            assert!(off < 1e-4, "{name}: {off} from {expected}");
+        }
     }
 }
 
