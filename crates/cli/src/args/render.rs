@@ -223,12 +223,12 @@ pub struct LightArgs {
 
     /// Filter the noise out of the picture, from 8 samples on, and report the remaining error. The
     /// filter is biased: it blurs fine and faint detail. PNG shows the result; EXR keeps the noisy
-    /// picture and gains layers denoised and denoised.stderr [default: path-traced models, unless
-    /// an .exr picture, layers or a film file are written]
+    /// picture and gains layers denoised and denoised.stderr [default: path-traced models, and scenes
+    /// with `denoise = true`, unless an .exr picture, layers or a film file are written]
     #[arg(long, overrides_with = "no_denoise")]
     pub denoise: bool,
 
-    /// Keep the noise of the samples, also in pictures of models
+    /// Keep the noise of the samples, also in pictures of models and of scenes with `denoise = true`
     #[arg(long, overrides_with = "denoise", conflicts_with = "quick")]
     pub no_denoise: bool,
 

@@ -128,7 +128,7 @@ impl EffectSummary {
         let mut settings = Settings::from_scene(&loaded.scene);
         let choices = RungChoices::from(&args.choices);
         choices.apply(&mut loaded.scene, &mut settings)?;
-        choices.denoise_model(loaded, false, &mut settings);
+        choices.denoise_by_default(loaded, false, &mut settings);
         let report = assess_effects(&loaded.scene, &settings);
         let ladders = current_rungs(&loaded.scene, &settings, &report);
         let openings = OpeningSearch::run(&loaded.scene, &settings, &report);

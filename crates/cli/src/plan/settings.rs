@@ -71,7 +71,7 @@ impl RenderTask {
             .camera
             .get_or_insert_with(|| frame(scene, None, FIELD_OF_VIEW, width / height));
         plan.has_stray_parts = silhouette.get().is_some_and(Silhouette::has_stray_parts);
-        self.denoise_model(loaded, &mut plan.settings);
+        self.denoise_by_default(loaded, &mut plan.settings);
         Ok(plan)
     }
 
@@ -174,16 +174,17 @@ impl RenderTask {
         layers
     }
 
-    /// Denoises the picture of a model as [`RungChoices::denoise_model`] does, unless flags say
-    /// otherwise or the run keeps samples, as EXR files, layers and films do.
-    fn denoise_model(&self, loaded: &LoadedScene, settings: &mut Settings) {
+    /// Denoises a picture as [`RungChoices::denoise_by_default`] does, unless flags say otherwise or
+    /// the run keeps samples, as EXR files, layers and films do.
+    fn denoise_by_default(&self, loaded: &LoadedScene, settings: &mut Settings) {
         let light = &self.overrides.light;
         if !(light.quick || light.no_denoise || self.keeps_samples()) {
             let has_number = light.spp.is_some()
                 || light.max_error.is_some()
                 || self.film.budget.is_some()
                 || self.film.replay.is_some();
-            self.choices.denoise_model(loaded, has_number, settings);
+            self.choices
+                .denoise_by_default(loaded, has_number, settings);
         }
     }
 
@@ -288,17 +289,24 @@ impl RungChoices {
         self.rungs.iter().any(|choice| choice.ladder() == ladder)
     }
 
-    /// Denoises the path-traced picture of a model, unless a rung keeps its noise. Such a picture
-    /// takes [`MODEL_SAMPLES`], unless a rung or, where `has_number`, a flag says how many.
-    pub fn denoise_model(&self, loaded: &LoadedScene, has_number: bool, settings: &mut Settings) {
+    /// Denoises the path-traced picture of a model, or of a scene that asks for it, unless a rung
+    /// keeps its noise. The picture of a model takes [`MODEL_SAMPLES`], unless a rung or, where
+    /// `has_number`, a flag says how many.
+    pub fn denoise_by_default(
+        &self,
+        loaded: &LoadedScene,
+        has_number: bool,
+        settings: &mut Settings,
+    ) {
         let stays_noisy = !settings.denoise && self.has_ladder(Ladder::Reconstruction);
+        let is_model = loaded.source.format.is_model();
         if stays_noisy
-            || !loaded.source.format.is_model()
+            || !(is_model || loaded.scene.render.denoise)
             || assess_effects(&loaded.scene, settings).integrator != "path"
         {
             return;
         }
-        if !has_number && !self.has_ladder(Ladder::Samples) {
+        if is_model && !has_number && !self.has_ladder(Ladder::Samples) {
             settings.sampling = Sampling::General(MODEL_SAMPLES);
         }
         settings.denoise |= is_denoisable_sampling(settings.sampling);

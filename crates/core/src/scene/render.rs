@@ -15,6 +15,9 @@ pub struct RenderSettings {
     pub size: [u32; 2],
     /// Samples per pixel, above zero. Ignored if a pattern is given.
     pub samples: u32,
+    /// Whether commands that make a picture denoise it, where it has noise and at least eight
+    /// samples. In code, `Settings::denoise` decides.
+    pub denoise: bool,
     /// Fixed sample positions in each pixel, in place of random positions.
     pub pattern: Option<SamplePattern>,
     /// Pixel filter: the weight of samples by their position relative to the pixel. Ignored if a
@@ -41,6 +44,7 @@ impl Default for RenderSettings {
         Self {
             size: [1280, 720],
             samples: 64,
+            denoise: false,
             pattern: None,
             filter: PixelFilter::Box,
             max_depth: 8,
