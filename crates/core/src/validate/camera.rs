@@ -12,12 +12,11 @@ use crate::scene::{Camera, Pinhole, Pose, Projection, Triple};
 pub(super) fn check_camera(check: &mut SceneCheck<'_>, camera: &Camera) {
     if camera.name.parse::<u64>().is_ok() {
         let message = format!("`{}` cannot be the name of a camera", camera.name);
-        check.with_key("name", |check| {
-            check.report_with_hint(
-                message,
-                "`--camera` takes a number as the index of a camera, so the name needs a letter",
-            )
-        });
+        check.report_with_hint(
+            "name",
+            message,
+            "`--camera` takes a number as the index of a camera, so the name needs a letter",
+        );
     }
     let before = check.problem_count();
     check.with_key("pose", |check| check_pose(check, &camera.pose));
@@ -67,7 +66,8 @@ fn check_pose(check: &mut SceneCheck<'_>, pose: &Pose) {
                     .iter()
                     .all(|axis| unit(*axis) != DVec3::ZERO)
             {
-                check.report_problem(
+                check.report(
+                    "",
                     "`right`, `up` and `back` lie in a plane, so they define no orientation",
                 );
             }
@@ -81,9 +81,10 @@ fn check_look_at(check: &mut SceneCheck<'_>, eye: Triple, target: Triple, up: Tr
     check.require_direction("up", up);
     let view = DVec3::from(target) - DVec3::from(eye);
     if view.length() < MIN_LENGTH {
-        check.with_key("target", |check| {
-            check.report_problem("`target` equals `eye`, so the camera has no viewing direction")
-        });
+        check.report(
+            "target",
+            "`target` equals `eye`, so the camera has no viewing direction",
+        );
         return;
     }
     let sine = view
@@ -96,7 +97,7 @@ fn check_look_at(check: &mut SceneCheck<'_>, eye: Triple, target: Triple, up: Tr
             format_list(&up)
         );
         let hint = "choose an `up` that is not parallel to the viewing direction, such as [0, 0, -1] for a camera that looks down";
-        check.with_key("up", |check| check.report_with_hint(message, hint));
+        check.report_with_hint("up", message, hint);
     }
 }
 
@@ -132,13 +133,13 @@ fn check_pinhole(check: &mut SceneCheck<'_>, lens: &Pinhole) {
     let hint =
         "give exactly one of `vertical_fov`, `horizontal_fov` (both in degrees) and `focal_length`";
     match given.as_slice() {
-        [] => check.report_with_hint("the pinhole camera has no field of view", hint),
+        [] => check.report_with_hint("", "the pinhole camera has no field of view", hint),
         [_] => {}
         [first, second, ..] => {
             let message = format!(
                 "`{first}` and `{second}` both set the field of view of the pinhole camera"
             );
-            check.with_key(second, |check| check.report_with_hint(message, hint));
+            check.report_with_hint(second, message, hint);
         }
     }
     for (key, value) in keys {

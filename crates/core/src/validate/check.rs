@@ -63,10 +63,16 @@ impl<'a> SceneCheck<'a> {
     }
 
     /// Runs checks on the value under a key. The path of their problems is the current path
-    /// followed by the key.
+    /// followed by the key. An empty key stands for the value at the current path.
     pub fn with_key(&mut self, key: impl Display, checks: impl FnOnce(&mut Self)) {
-        let dot = if self.path.is_empty() { "" } else { "." };
-        self.with_path_step(format_args!("{dot}{key}"), checks);
+        let before = self.path.len();
+        let dot = if before == 0 { "" } else { "." };
+        self.with_path_step(format_args!("{dot}{key}"), |check| {
+            if check.path.len() == before + dot.len() {
+                check.path.truncate(before);
+            }
+            checks(check);
+        });
     }
 
     /// Runs checks while `step` is appended to the path of the checked value.
@@ -97,40 +103,43 @@ impl<'a> SceneCheck<'a> {
         });
     }
 
-    /// Reports a problem at the current path.
-    pub fn report_problem(&mut self, message: impl Into<String>) {
-        self.push_problem(message.into(), None, None);
+    /// Reports a problem of the value under a key.
+    pub fn report(&mut self, key: &str, message: impl Into<String>) {
+        self.report_with_hint(key, message, "");
     }
 
     /// Reports a problem of the value under a key: the message is the value's name followed by
-    /// `requirement`. An empty key stands for the value at the current path.
+    /// `requirement`.
     fn report_value(&mut self, key: &str, requirement: impl Display) {
-        if key.is_empty() {
-            self.report_problem(format!("{} {requirement}", self.current_key()));
-        } else {
-            self.with_key(key, |check| {
-                check.report_problem(format!("{} {requirement}", check.current_key()))
-            });
-        }
+        self.with_key(key, |check| {
+            check.report("", format!("{} {requirement}", check.current_key()))
+        });
     }
 
-    /// Reports a problem at the current path, with a hint.
-    pub fn report_with_hint(&mut self, message: impl Into<String>, hint: impl Into<String>) {
-        self.push_problem(message.into(), Some(hint.into()), None);
+    /// Reports a problem of the value under a key, with a hint.
+    pub fn report_with_hint(
+        &mut self,
+        key: &str,
+        message: impl Into<String>,
+        hint: impl Into<String>,
+    ) {
+        self.with_key(key, |check| {
+            check.push_problem(message.into(), hint.into(), None)
+        });
     }
 
     /// Adds a problem at the current path, up to [`MAX_PROBLEMS`] problems.
     fn push_problem(
         &mut self,
         message: String,
-        hint: Option<String>,
+        hint: String,
         within: Option<std::ops::Range<usize>>,
     ) {
         if self.problems.len() < MAX_PROBLEMS {
             self.problems.push(Fault {
                 path: self.path.clone(),
                 span: within,
-                ..FaultKind::Invalid.fault(Subject::Scene, message, hint.unwrap_or_default())
+                ..FaultKind::Invalid.fault(Subject::Scene, message, hint)
             });
         }
     }
@@ -159,11 +168,7 @@ impl<'a> SceneCheck<'a> {
                 ),
                 None => continue,
             };
-            self.with_key(key, |check| {
-                check.with_element(i, |check| {
-                    check.with_key("name", |check| check.report_problem(problem))
-                })
-            });
+            self.report(&format!("{key}[{i}].name"), problem);
         }
     }
 
@@ -185,16 +190,10 @@ impl<'a> SceneCheck<'a> {
         if known.index_of(name).is_some() {
             return;
         }
-        let left = if self.problems.len() < MAX_PROBLEMS {
-            self.comparisons.checked_sub(known.len())
-        } else {
-            None
-        };
-        let Some(left) = left else {
-            self.with_key(key, |check| {
-                check.report_problem(format!("unknown {label} `{name}`"))
-            });
-            return;
+        let message = format!("unknown {label} `{name}`");
+        let left = self.comparisons.checked_sub(known.len());
+        let Some(left) = left.filter(|_| self.problems.len() < MAX_PROBLEMS) else {
+            return self.report(key, message);
         };
         self.comparisons = left;
         let hint = match most_similar_word(name, known.iter()) {
@@ -205,9 +204,7 @@ impl<'a> SceneCheck<'a> {
                 format!("the {label} names of this scene: {}", list.join(", "))
             }
         };
-        self.with_key(key, |check| {
-            check.report_with_hint(format!("unknown {label} `{name}`"), hint)
-        });
+        self.report_with_hint(key, message, hint);
     }
 
     /// Checks an expression that yields a colour at hits: it must compile, and a constant value
@@ -252,6 +249,6 @@ impl<'a> SceneCheck<'a> {
             self.current_key(),
             error.message
         );
-        self.push_problem(message, error.hint, Some(error.span));
+        self.push_problem(message, error.hint.unwrap_or_default(), Some(error.span));
     }
 }

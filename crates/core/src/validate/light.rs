@@ -26,7 +26,7 @@ pub(super) fn check_light(check: &mut SceneCheck<'_>, light: &Light) {
             position, range, ..
         } => check.with_key("point", |check| {
             check.require_point("position", position);
-            check_light_range(check, range);
+            check.require_optional_length("range", range);
         }),
         LightKind::Spot {
             position,
@@ -35,31 +35,28 @@ pub(super) fn check_light(check: &mut SceneCheck<'_>, light: &Light) {
             outer_angle,
             range,
             ..
-        } => check.with_key("spot", |check| {
-            check.require_point("position", position);
-            check.require_direction("direction", direction);
-            check.require_within("inner_angle", inner_angle, 0.0, 90.0);
-            check.with_key("outer_angle", |check| {
-                check.require_within("", outer_angle, 0.0, 90.0);
-                if outer_angle < inner_angle {
-                    check.report_problem(format!(
+        } => {
+            check.with_key("spot", |check| {
+                check.require_point("position", position);
+                check.require_direction("direction", direction);
+                check.require_within("inner_angle", inner_angle, 0.0, 90.0);
+                check.with_key("outer_angle", |check| {
+                    check.require_within("", outer_angle, 0.0, 90.0);
+                    if outer_angle < inner_angle {
+                        check.report("", format!(
                         "`outer_angle` must not be below `inner_angle`, which is {inner_angle}"
                     ));
-                } else if outer_angle == 0.0 {
-                    check.report_problem(
-                        "`outer_angle` must be above 0: a cone with the angle 0 emits no light",
-                    );
-                }
-            });
-            check_light_range(check, range);
-        }),
+                    } else if outer_angle == 0.0 {
+                        check.report(
+                            "",
+                            "`outer_angle` must be above 0: a cone with the angle 0 emits no light",
+                        );
+                    }
+                });
+                check.require_optional_length("range", range);
+            })
+        }
     });
-}
-
-fn check_light_range(check: &mut SceneCheck<'_>, range: Option<f64>) {
-    if let Some(range) = range {
-        check.require_length("range", range);
-    }
 }
 
 pub(super) fn check_sky(check: &mut SceneCheck<'_>, sky: &Sky) {
@@ -78,6 +75,7 @@ pub(super) fn check_sky(check: &mut SceneCheck<'_>, sky: &Sky) {
             ColourInput::Texture(_) | ColourInput::Checker(_) => {
                 let hint = "for an environment map write `map = { image = \"…\" }`";
                 check.report_with_hint(
+                    "",
                     "a sky has no surface, so it cannot have a texture or a checkerboard",
                     hint,
                 );

@@ -22,36 +22,26 @@ pub(super) fn check_material_model(check: &mut SceneCheck<'_>, model: &MaterialM
 
 /// Checks the terms of a classic material that need no further rays.
 fn check_classic_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
-    check.with_key("colour", |check| {
-        check_colour_input(check, &material.colour)
-    });
-    check.with_key("local", |check| {
-        check_weight_factor(check, &material.local, ExprScope::Surface)
-    });
+    check_colour_input(check, "colour", &material.colour);
+    check_weight_factor(check, "local", &material.local, ExprScope::Surface);
     if let Some(ambient) = material.ambient {
         check.require_not_negative_colour("ambient", ambient);
     }
-    check.with_key("diffuse", |check| {
-        check_weight_factor(check, &material.diffuse, ExprScope::Light)
-    });
+    check_weight_factor(check, "diffuse", &material.diffuse, ExprScope::Light);
     if let Some(specular) = &material.specular {
         check.with_key("specular", |check| {
             check.require_count_within("exponent", specular.exponent, 1, 65536);
-            check.with_key("strength", |check| {
-                check_weight_factor(check, &specular.strength, ExprScope::Light)
-            });
+            check_weight_factor(check, "strength", &specular.strength, ExprScope::Light);
         });
     }
     if let Some(rim) = &material.rim {
         check.with_key("rim", |check| {
-            check.with_key("strength", |check| {
-                check_weight_factor(check, &rim.strength, ExprScope::Surface)
-            });
+            check_weight_factor(check, "strength", &rim.strength, ExprScope::Surface);
             check.require_count_within("exponent", rim.exponent, 1, 64);
         });
     }
     if let Some(emission) = &material.emission {
-        check.with_key("emission", |check| check_colour_input(check, emission));
+        check_colour_input(check, "emission", emission);
     }
     if let Some(m) = &material.mixture {
         check.with_key("mixture", |check| check_mixture(check, m));
@@ -63,9 +53,7 @@ fn check_classic_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
         1.0,
     );
     if let Some(shadow) = &material.shadow {
-        check.with_key("shadow", |check| {
-            check_weight_factor(check, shadow, ExprScope::Light)
-        });
+        check_weight_factor(check, "shadow", shadow, ExprScope::Light);
     }
 }
 
@@ -76,9 +64,7 @@ fn check_mixture(check: &mut SceneCheck<'_>, m: &Mixture) {
     check.require_within("refraction_chance", m.refraction_chance, 0.0, 1.0);
     if m.specular_chance + m.refraction_chance > 1.0 {
         let message = "`specular_chance` and `refraction_chance` together must be at most 1";
-        check.with_key("refraction_chance", |check| {
-            check.report_with_hint(message, "reduce one of the two probabilities; 1 minus both is the probability of diffuse reflection")
-        });
+        check.report_with_hint("refraction_chance", message, "reduce one of the two probabilities; 1 minus both is the probability of diffuse reflection");
     }
     check.require_within("refraction_roughness", m.refraction_roughness, 0.0, 1.0);
     if let Some(ior) = m.ior {
@@ -91,15 +77,15 @@ fn check_mixture(check: &mut SceneCheck<'_>, m: &Mixture) {
 fn check_traced_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
     if material.reflection.is_some() && material.transmission.is_some() {
         let message = "`transmission` includes a reflection, so a material cannot have `reflection` and `transmission`";
-        check.with_key("reflection", |check| {
-            check.report_with_hint(message, "remove `reflection` or `transmission`")
-        });
+        check.report_with_hint(
+            "reflection",
+            message,
+            "remove `reflection` or `transmission`",
+        );
     }
     if let Some(reflection) = &material.reflection {
         check.with_key("reflection", |check| {
-            check.with_key("weight", |check| {
-                check_weight_factor(check, &reflection.weight, ExprScope::Light)
-            });
+            check_weight_factor(check, "weight", &reflection.weight, ExprScope::Light);
             if let Some(fuzz) = &reflection.fuzz {
                 check.require_finite("fuzz.amount", fuzz.amount);
                 check.check_each_element("fuzz.frequencies", &fuzz.frequencies, |check, row| {
@@ -123,9 +109,7 @@ fn check_traced_terms(check: &mut SceneCheck<'_>, material: &ClassicMaterial) {
 fn check_physical(check: &mut SceneCheck<'_>, material: &Physical) {
     check_fields(check, material);
     if material.priority > 0 && material.thin_walled {
-        check.with_key("priority", |check| {
-            check.report_problem("a thin wall has no inside, so it cannot have a `priority`: remove `priority` or `thin_walled`")
-        });
+        check.report("priority", "a thin wall has no inside, so it cannot have a `priority`: remove `priority` or `thin_walled`");
     }
     if let AlphaMode::Mask { cutoff } = material.alpha {
         check.require_not_negative("alpha.mask.cutoff", cutoff);
@@ -138,10 +122,10 @@ fn check_body(check: &mut SceneCheck<'_>, material: &Physical) {
     if material.boundary == Boundary::None {
         check.with_key("boundary", |check| {
             if material.thin_walled {
-                check.report_problem("a thin wall has no inside, so its `boundary` is its surface: remove `boundary` or `thin_walled`");
+                check.report("", "a thin wall has no inside, so its `boundary` is its surface: remove `boundary` or `thin_walled`");
             }
             if material.active_emission().is_some() {
-                check.report_problem("a body without a surface emits no light: remove `boundary` or `emission`");
+                check.report("", "a body without a surface emits no light: remove `boundary` or `emission`");
             }
         });
     }
@@ -151,20 +135,18 @@ fn check_body(check: &mut SceneCheck<'_>, material: &Physical) {
     check.with_key("interior", |check| {
         check_medium(check, medium);
         if medium.radius.is_some() {
-            check.with_key("radius", |check| {
-                check.report_problem("a body ends at its boundary; `radius` is a key of `air` alone: remove it")
-            });
+            check.report("radius", "a body ends at its boundary; `radius` is a key of `air` alone: remove it");
         }
         if material.thin_walled {
-            check.report_problem("a thin wall has no inside, so it cannot have an `interior`: remove `interior` or `thin_walled`");
+            check.report("", "a thin wall has no inside, so it cannot have an `interior`: remove `interior` or `thin_walled`");
         } else if !material.bounds_body() {
-            check.report_with_hint(
+            check.report_with_hint("",
                 "light cannot enter the `interior` of an opaque surface",
                 "set `transmission` above 0, or `boundary = \"none\"` for a body without a surface",
             );
         }
         if material.attenuation_distance.is_some() {
-            check.report_with_hint(
+            check.report_with_hint("",
                 "a body has an `interior` or an `attenuation_distance`, not both",
                 "remove `attenuation_distance`, and give `absorption` in the `interior`",
             );
@@ -175,15 +157,13 @@ fn check_body(check: &mut SceneCheck<'_>, material: &Physical) {
 /// Checks the rules of a medium that bounds of its fields do not state.
 pub(super) fn check_medium(check: &mut SceneCheck<'_>, medium: &Medium) {
     if medium.colour.is_some() != medium.distance.is_some() {
-        check.report_problem("`colour` and `distance` (metres) describe a medium together: give both, or `absorption` and `scattering` per metre");
+        check.report("", "`colour` and `distance` (metres) describe a medium together: give both, or `absorption` and `scattering` per metre");
     } else if medium.colour.is_some()
         && [medium.absorption, medium.scattering] != [Colour::BLACK; 2]
     {
-        check.report_problem("a medium has `colour` and `distance`, or `absorption` and `scattering`, not both: remove one pair");
+        check.report("", "a medium has `colour` and `distance`, or `absorption` and `scattering`, not both: remove one pair");
     }
-    check.with_key("density", |check| {
-        check_weight_factor(check, &medium.density, ExprScope::Medium)
-    });
+    check_weight_factor(check, "density", &medium.density, ExprScope::Medium);
 }
 
 /// Checks the inputs and the bounds of all fields of a material or a layer.
@@ -202,37 +182,40 @@ fn check_field_bounds(
     constant: Option<ConstantValue>,
     bounds: FieldBounds,
 ) {
+    use ConstantValue::Number;
+    use FieldBounds::{Finite, Length, Light, Range, ZeroOrWithin};
     match (constant, bounds) {
-        (Some(ConstantValue::Number(number)), FieldBounds::Range(minimum, maximum)) => {
+        (Some(Number(number)), Range(minimum, maximum)) => {
             check.require_within("", number, minimum, maximum)
         }
-        (Some(ConstantValue::Number(number)), FieldBounds::ZeroOrWithin(minimum, maximum)) => {
+        (Some(Number(number)), ZeroOrWithin(minimum, maximum)) => {
             check.require_zero_or_within("", number, minimum, maximum)
         }
-        (Some(ConstantValue::Number(number)), FieldBounds::Finite) => {
-            check.require_finite("", number)
+        (Some(Number(number)), Finite) => check.require_finite("", number),
+        (Some(Number(number)), Length) => check.require_length("", number),
+        (Some(ConstantValue::Colour(Colour(channels))), Range(minimum, maximum)) => {
+            check.check_each_element("", &channels, |check, channel| {
+                check.require_within("", *channel, minimum, maximum)
+            });
         }
-        (Some(ConstantValue::Number(number)), FieldBounds::Length) => {
-            check.require_length("", number)
-        }
-        (Some(ConstantValue::Colour(Colour(channels))), FieldBounds::Range(minimum, maximum)) => {
-            for (i, channel) in channels.into_iter().enumerate() {
-                check.with_element(i, |check| {
-                    check.require_within("", channel, minimum, maximum)
-                });
-            }
-        }
-        (Some(ConstantValue::Colour(colour)), FieldBounds::Light) => {
+        (Some(ConstantValue::Colour(colour)), Light) => {
             check.require_not_negative_colour("", colour)
         }
         _ => {}
     }
 }
 
-fn check_weight_factor(check: &mut SceneCheck<'_>, weight: &ScalarFactor, scope: ExprScope) {
+fn check_weight_factor(
+    check: &mut SceneCheck<'_>,
+    key: &str,
+    weight: &ScalarFactor,
+    scope: ExprScope,
+) {
     match weight {
-        ScalarFactor::Number(value) => check.require_not_negative("", *value),
-        ScalarFactor::Expression(source) => check.check_weight_expression(source, scope),
+        ScalarFactor::Number(value) => check.require_not_negative(key, *value),
+        ScalarFactor::Expression(source) => {
+            check.with_key(key, |check| check.check_weight_expression(source, scope))
+        }
     }
 }
 
@@ -246,10 +229,10 @@ fn check_coordinate(check: &mut SceneCheck<'_>, coordinate: &ScalarFactor) {
     }
 }
 
-fn check_colour_input(check: &mut SceneCheck<'_>, input: &ColourInput) {
-    check_varying_input(check, input);
+fn check_colour_input(check: &mut SceneCheck<'_>, key: &str, input: &ColourInput) {
+    check.with_key(key, |check| check_varying_input(check, input));
     if let Some(colour) = input.constant() {
-        check.require_not_negative_colour("", colour);
+        check.require_not_negative_colour(key, colour);
     }
 }
 
@@ -260,10 +243,8 @@ fn check_varying_input(check: &mut SceneCheck<'_>, input: &dyn FieldValue) {
         Some((source, false)) => check.check_colour_expression(source, ExprScope::Surface),
         None => {}
     }
-    match input.texture() {
-        Some(("", texture)) => check_texture_ref(check, texture),
-        Some((key, texture)) => check.with_key(key, |check| check_texture_ref(check, texture)),
-        None => {}
+    if let Some((key, texture)) = input.texture() {
+        check.with_key(key, |check| check_texture_ref(check, texture));
     }
     if let Some(checker) = input.checker() {
         check.with_key("checker", |check| {

@@ -10,9 +10,7 @@ use crate::scene::{Image, MOST_UV_SETS, Mesh, MeshData, MeshSource, Scene, Shape
 
 pub(super) fn check_image(check: &mut SceneCheck<'_>, image: &Image) {
     if image.path.is_empty() && image.data.is_none() {
-        check.with_key("path", |check| {
-            check.report_problem("`path` must name a file")
-        });
+        check.report("path", "`path` must name a file");
     }
 }
 
@@ -22,15 +20,13 @@ pub(super) fn check_texture(check: &mut SceneCheck<'_>, texture: &Texture) {
 
 pub(super) fn check_mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
     check.with_key("source", |check| match &mesh.source {
-        MeshSource::File(path) if path.is_empty() => check.with_key("file", |check| {
-            check.report_problem("`file` must name a file")
-        }),
+        MeshSource::File(path) if path.is_empty() => {
+            check.report("file", "`file` must name a file")
+        }
         MeshSource::File(_) => {}
         MeshSource::Inline(data) => {
             for (path, message) in check_mesh_data(data) {
-                check.with_key(format_args!("inline.{path}"), |check| {
-                    check.report_problem(message)
-                });
+                check.report(&format!("inline.{path}"), message);
             }
         }
     });
@@ -38,7 +34,7 @@ pub(super) fn check_mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
     check.with_key("model", |check| {
         check.require_finite("time", model.time.unwrap_or_default());
         if matches!(mesh.source, MeshSource::Inline(_)) {
-            check.report_with_hint(
+            check.report_with_hint("",
                 "`model` selects a part of a file, but this mesh reads no file: its arrays are in the scene",
                 "remove `model`",
             );

@@ -50,7 +50,7 @@ pub fn validate(scene: &Scene) -> Vec<Fault> {
             "this program reads version {FORMAT} of the scene format, but this scene has version {}",
             scene.format
         );
-        check.with_key("format", |check| check.report_problem(message));
+        check.report("format", message);
         return check.into_problems();
     }
     render::check_parameters(&mut check, scene);

@@ -22,12 +22,8 @@ pub(super) fn check_object_motion(check: &mut SceneCheck<'_>, object: &Object) {
     };
     if Motion::new(ends).is_err() {
         let hint = "turn the object by less than 180 degrees between the two transforms, and keep the sign of every scale factor";
-        check.with_key("transform_end", |check| {
-            check.report_with_hint(
-                "between `transform` and `transform_end`, there is a time at which the object is flattened to zero thickness",
-                hint,
-            );
-        });
+        check.report_with_hint("transform_end", "between `transform` and `transform_end`, there is a time at which the object is flattened to zero thickness",
+                hint);
     }
     if check
         .material(&object.material)
@@ -35,9 +31,7 @@ pub(super) fn check_object_motion(check: &mut SceneCheck<'_>, object: &Object) {
         .is_some()
     {
         let hint = "remove `transform_end`, or give the object a material without emission";
-        check.with_key("transform_end", |check| {
-            check.report_with_hint("an object that emits light cannot move: its light is sampled at its position at time 0", hint);
-        });
+        check.report_with_hint("transform_end", "an object that emits light cannot move: its light is sampled at its position at time 0", hint);
     }
 }
 
@@ -51,9 +45,7 @@ pub(super) fn check_camera_motion(check: &mut SceneCheck<'_>, camera: &Camera, r
         let message = format!(
             "`shutter` must hold an opening time and a closing time, both from 0 to 1 and the earlier first, not {times}"
         );
-        check.with_key("shutter", |check| {
-            check.report_with_hint(message, "motion runs from time 0 to time 1")
-        });
+        check.report_with_hint("shutter", message, "motion runs from time 0 to time 1");
     }
     if let Some(end) = camera.pose_end.as_ref().filter(|_| right) {
         check.with_key("pose_end", |check| {
@@ -100,7 +92,7 @@ fn check_pose_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
         }
         _ => {
             let hint = "write both poses as `look_at`, as `orbit` or as `axes`";
-            return check.report_with_hint(
+            return check.report_with_hint("",
                 "`pose_end` must be of the same kind as `pose`: poses of two kinds cannot be interpolated",
                 hint,
             );
@@ -108,7 +100,7 @@ fn check_pose_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
     };
     if !sees {
         let hint = "choose two poses between which the viewing direction is never parallel to `up`, or use `orbit`, which turns about its target";
-        check.report_with_hint("at some time between `pose` and `pose_end` the camera has no viewing direction or no upward direction", hint);
+        check.report_with_hint("", "at some time between `pose` and `pose_end` the camera has no viewing direction or no upward direction", hint);
     }
 }
 

@@ -24,9 +24,7 @@ pub(super) fn check_object(check: &mut SceneCheck<'_>, object: &Object) {
 /// Checks a model: its file, time, transform and materials.
 pub(super) fn check_model_file(check: &mut SceneCheck<'_>, model: &ModelFile) {
     if model.file.is_empty() {
-        check.with_key("file", |check| {
-            check.report_problem("`file` must name a file")
-        });
+        check.report("file", "`file` must name a file");
     }
     check.require_finite("time", model.time.unwrap_or_default());
     transform::check_transform_steps(check, "transform", &model.transform);

@@ -15,6 +15,7 @@ pub(super) fn check_parameters(check: &mut SceneCheck<'_>, scene: &Scene) {
         for (name, parameter) in &scene.parameters {
             check.with_key(name, |check| match find_parameter_name_problem(name) {
                 Some(reason) => check.report_with_hint(
+                    "",
                     format!("`{name}` cannot be the name of a parameter"),
                     reason,
                 ),
@@ -32,12 +33,15 @@ fn check_parameter(check: &mut SceneCheck<'_>, parameter: &Parameter) {
     check.require_finite("min", min);
     check.require_finite("max", max);
     if min >= max {
-        check.report_problem(format!("`min` is {min}, which is not below `max`, {max}"));
+        check.report(
+            "",
+            format!("`min` is {min}, which is not below `max`, {max}"),
+        );
         return;
     }
     check.require_within("value", parameter.value, min, max);
     if step.is_some_and(|step| !(step > 0.0 && step <= max - min)) {
-        check.report_problem("`step` must be above 0, and at most `max` minus `min`");
+        check.report("", "`step` must be above 0, and at most `max` minus `min`");
     }
 }
 
@@ -53,9 +57,7 @@ pub(super) fn check_render_settings(check: &mut SceneCheck<'_>, render: &RenderS
 
 pub(super) fn check_classic_rules(check: &mut SceneCheck<'_>, rules: &ClassicRules) {
     check.require_not_negative_colour("ambient", rules.ambient);
-    if let Some(distance) = rules.shadow_max_distance {
-        check.require_length("shadow_max_distance", distance);
-    }
+    check.require_optional_length("shadow_max_distance", rules.shadow_max_distance);
     if let SpawnRule::Constant(offsets) = rules.spawn {
         check.with_key("spawn.constant", |check| {
             check.require_not_negative("offset", offsets.offset);

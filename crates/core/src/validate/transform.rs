@@ -27,9 +27,9 @@ pub(super) fn check_transform_steps(
         TransformStep::Scale(factors) => check.with_key("scale", |check| {
             if factors.contains(&0.0) {
                 let factors = format_list(&factors);
-                check.report_problem(format!("no factor of `scale` may be zero, as in {factors}: the object would have no extent"));
+                check.report("", format!("no factor of `scale` may be zero, as in {factors}: the object would have no extent"));
             } else if !factors.iter().all(|factor| SCALES.contains(&factor.abs())) {
-                check.report_problem(format!("each factor of `scale` must have an absolute value from 1e-15 to 1e15, not {}", format_list(&factors)));
+                check.report("", format!("each factor of `scale` must have an absolute value from 1e-15 to 1e15, not {}", format_list(&factors)));
             }
         }),
         TransformStep::Rotate { axis, degrees } => check.with_key("rotate", |check| {
@@ -45,23 +45,28 @@ pub(super) fn check_transform_steps(
             && whole.inverse().is_finite()
             && whole.translation.abs().max_element() <= MAX_COORDINATE)
     {
-        check.with_key(key, |check| {
-            check.report_problem(format!(
+        check.report(key, format!(
                 "the steps of `{key}` together flatten the object, or move it farther than 1e15: use less extreme factors"
-            ))
-        });
+            ));
     }
 }
 
 fn check_matrix(check: &mut SceneCheck<'_>, rows: &[[f64; 4]; 3]) {
     if !rows.iter().flatten().all(|x| x.abs() <= 1e15) {
-        check.report_problem("each entry of `matrix` must be finite and from -1e15 to 1e15");
+        check.report(
+            "",
+            "each entry of `matrix` must be finite and from -1e15 to 1e15",
+        );
         return;
     }
     let unit = |row: [f64; 4]| DVec3::new(row[0], row[1], row[2]).normalize_or_zero();
     let volume = DMat3::from_cols(unit(rows[0]), unit(rows[1]), unit(rows[2])).determinant();
     if volume.abs() < MIN_ROW_VOLUME {
         let hint = "the first three columns of `matrix` must be linearly independent";
-        check.report_with_hint("`matrix` is singular, so it would flatten the object", hint);
+        check.report_with_hint(
+            "",
+            "`matrix` is singular, so it would flatten the object",
+            hint,
+        );
     }
 }

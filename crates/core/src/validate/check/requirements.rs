@@ -86,6 +86,13 @@ impl SceneCheck<'_> {
         }
     }
 
+    /// Checks a length that may be absent.
+    pub fn require_optional_length(&mut self, key: &str, value: Option<f64>) {
+        if let Some(value) = value {
+            self.require_length(key, value);
+        }
+    }
+
     /// Checks that a point is finite and within [`MAX_COORDINATE`] of the origin on each axis.
     pub fn require_point(&mut self, key: &str, point: Triple) {
         if point.iter().any(|x| !x.is_finite()) {
