@@ -13,13 +13,11 @@ mod mesh;
 mod motion;
 mod object;
 mod render;
-mod shape;
-mod transform;
 
 pub(crate) use check::format_list;
 pub use check::{MAX_LIGHT_INTENSITY, MAX_MAGNITUDE};
 pub use mesh::{check_mesh_data, find_missing_uv_sets};
-pub(crate) use shape::do_edges_span_no_area;
+pub(crate) use object::do_edges_span_no_area;
 
 use self::check::SceneCheck;
 use crate::fault::Fault;
