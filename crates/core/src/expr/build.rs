@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::error::{ExprError, Result};
-use super::function::{CONSTANTS, find_constant, find_function};
+use super::function::{CONSTANTS, Operation, find_constant, find_function};
 use super::graph::{ExprGraph, NodeId};
-use super::operation::Operation;
+use super::run::underflow_limit_of_power;
 use super::scope::{ExprScope, Variable};
-use super::semantics::underflow_limit_of_power;
 use crate::suggest::{find_synonym, most_similar_word};
 
 /// A parsed part of the source: its node in the graph and its span in the text.

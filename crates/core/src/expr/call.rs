@@ -4,9 +4,8 @@ use std::ops::Range;
 
 use super::build::{GraphBuilder, SourceTerm};
 use super::error::{ExprError, Result};
-use super::function::{FUNCTIONS, Function, NoiseKind, find_constant, find_function};
+use super::function::{FUNCTIONS, Function, NoiseKind, Operation, find_constant, find_function};
 use super::graph::NodeId;
-use super::operation::Operation;
 use super::scope::Variable;
 use crate::noise::MAX_OCTAVES;
 use crate::suggest::{find_synonym, most_similar_word};
@@ -245,27 +244,28 @@ fn argument_count_error(
     count: usize,
     span: Range<usize>,
 ) -> ExprError {
+    use Function::*;
     let usages: &[&str] = match function {
-        Function::Unary(_) | Function::MultiplyBy(_) => &["(x)"],
-        Function::Binary(Operation::Atan2) => &["(y, x)"],
-        Function::Binary(Operation::Step) => &["(edge, x)"],
-        Function::Binary(Operation::Power) => &["(base, exponent)"],
-        Function::Binary(_) => &["(x, y)"],
-        Function::Atan => &["(x)", "(y, x)"],
-        Function::Extremum(_) => &["(a, b, …)"],
-        Function::Clamp => &["(x, low, high)"],
-        Function::Mix => &["(a, b, t)"],
-        Function::Smoothstep => &["(low, high, x)"],
-        Function::If => &["(condition, then, else)"],
-        Function::Vector => &["(x, y, z)"],
-        Function::Dot | Function::Cross => &["(a, b)"],
-        Function::Length | Function::Normalize => &["(v)"],
-        Function::Reflect => &["(d, n)"],
-        Function::Checker => &["(x, y)", "(x, y, z)"],
-        Function::Noise(NoiseKind::One) => &["(p)", "(x, y)", "(x, y, z)"],
-        Function::Noise(_) => &["(p, octaves)", "(x, y, octaves)", "(x, y, z, octaves)"],
-        Function::PlaneNoise(NoiseKind::One) => &["(x, y)"],
-        Function::PlaneNoise(_) => &["(x, y, octaves)"],
+        Unary(_) | MultiplyBy(_) => &["(x)"],
+        Binary(Operation::Atan2) => &["(y, x)"],
+        Binary(Operation::Step) => &["(edge, x)"],
+        Binary(Operation::Power) => &["(base, exponent)"],
+        Binary(_) => &["(x, y)"],
+        Atan => &["(x)", "(y, x)"],
+        Extremum(_) => &["(a, b, …)"],
+        Clamp => &["(x, low, high)"],
+        Mix => &["(a, b, t)"],
+        Smoothstep => &["(low, high, x)"],
+        If => &["(condition, then, else)"],
+        Vector => &["(x, y, z)"],
+        Dot | Cross => &["(a, b)"],
+        Length | Normalize => &["(v)"],
+        Reflect => &["(d, n)"],
+        Checker => &["(x, y)", "(x, y, z)"],
+        Noise(NoiseKind::One) => &["(p)", "(x, y)", "(x, y, z)"],
+        Noise(_) => &["(p, octaves)", "(x, y, octaves)", "(x, y, z, octaves)"],
+        PlaneNoise(NoiseKind::One) => &["(x, y)"],
+        PlaneNoise(_) => &["(x, y, octaves)"],
     };
     let usages: Vec<String> = usages
         .iter()

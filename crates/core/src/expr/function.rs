@@ -1,7 +1,5 @@
-//! The functions of the expression language by name. Parser, messages and documentation share this
-//! table.
-
-use super::operation::Operation;
+//! The functions of the expression language by name, and the operations that they stand for. Parser,
+//! messages and documentation share the table of functions.
 
 /// Kind of a function, which determines its arguments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,55 +78,52 @@ impl NoiseKind {
 }
 
 /// All functions in alphabetical order of their names.
-pub(super) const FUNCTIONS: &[(&str, Function)] = &[
-    ("abs", Function::Unary(Operation::Abs)),
-    ("acos", Function::Unary(Operation::Acos)),
-    ("asin", Function::Unary(Operation::Asin)),
-    ("atan", Function::Atan),
-    ("atan2", Function::Binary(Operation::Atan2)),
-    ("ceil", Function::Unary(Operation::Ceil)),
-    ("checker", Function::Checker),
-    ("clamp", Function::Clamp),
-    ("cos", Function::Unary(Operation::Cos)),
-    ("cross", Function::Cross),
-    (
-        "degrees",
-        Function::MultiplyBy(180.0 / core::f64::consts::PI),
-    ),
-    ("dot", Function::Dot),
-    ("exp", Function::Unary(Operation::Exp)),
-    ("fbm", Function::Noise(NoiseKind::Sum)),
-    ("fbm2", Function::PlaneNoise(NoiseKind::Sum)),
-    ("floor", Function::Unary(Operation::Floor)),
-    ("fract", Function::Unary(Operation::Fract)),
-    ("if", Function::If),
-    ("length", Function::Length),
-    ("ln", Function::Unary(Operation::Ln)),
-    ("log", Function::Unary(Operation::Ln)),
-    ("max", Function::Extremum(Operation::Max)),
-    ("min", Function::Extremum(Operation::Min)),
-    ("mix", Function::Mix),
-    ("mod", Function::Binary(Operation::Modulo)),
-    ("noise", Function::Noise(NoiseKind::One)),
-    ("noise2", Function::PlaneNoise(NoiseKind::One)),
-    ("normalize", Function::Normalize),
-    ("pow", Function::Binary(Operation::Power)),
-    (
-        "radians",
-        Function::MultiplyBy(core::f64::consts::PI / 180.0),
-    ),
-    ("reflect", Function::Reflect),
-    ("round", Function::Unary(Operation::Round)),
-    ("sign", Function::Unary(Operation::Sign)),
-    ("sin", Function::Unary(Operation::Sin)),
-    ("smoothstep", Function::Smoothstep),
-    ("sqrt", Function::Unary(Operation::Sqrt)),
-    ("step", Function::Binary(Operation::Step)),
-    ("tan", Function::Unary(Operation::Tan)),
-    ("turbulence", Function::Noise(NoiseKind::Turbulence)),
-    ("turbulence2", Function::PlaneNoise(NoiseKind::Turbulence)),
-    ("vec3", Function::Vector),
-];
+pub(super) const FUNCTIONS: &[(&str, Function)] = {
+    use Function::*;
+    &[
+        ("abs", Unary(Operation::Abs)),
+        ("acos", Unary(Operation::Acos)),
+        ("asin", Unary(Operation::Asin)),
+        ("atan", Atan),
+        ("atan2", Binary(Operation::Atan2)),
+        ("ceil", Unary(Operation::Ceil)),
+        ("checker", Checker),
+        ("clamp", Clamp),
+        ("cos", Unary(Operation::Cos)),
+        ("cross", Cross),
+        ("degrees", MultiplyBy(180.0 / core::f64::consts::PI)),
+        ("dot", Dot),
+        ("exp", Unary(Operation::Exp)),
+        ("fbm", Noise(NoiseKind::Sum)),
+        ("fbm2", PlaneNoise(NoiseKind::Sum)),
+        ("floor", Unary(Operation::Floor)),
+        ("fract", Unary(Operation::Fract)),
+        ("if", If),
+        ("length", Length),
+        ("ln", Unary(Operation::Ln)),
+        ("log", Unary(Operation::Ln)),
+        ("max", Extremum(Operation::Max)),
+        ("min", Extremum(Operation::Min)),
+        ("mix", Mix),
+        ("mod", Binary(Operation::Modulo)),
+        ("noise", Noise(NoiseKind::One)),
+        ("noise2", PlaneNoise(NoiseKind::One)),
+        ("normalize", Normalize),
+        ("pow", Binary(Operation::Power)),
+        ("radians", MultiplyBy(core::f64::consts::PI / 180.0)),
+        ("reflect", Reflect),
+        ("round", Unary(Operation::Round)),
+        ("sign", Unary(Operation::Sign)),
+        ("sin", Unary(Operation::Sin)),
+        ("smoothstep", Smoothstep),
+        ("sqrt", Unary(Operation::Sqrt)),
+        ("step", Binary(Operation::Step)),
+        ("tan", Unary(Operation::Tan)),
+        ("turbulence", Noise(NoiseKind::Turbulence)),
+        ("turbulence2", PlaneNoise(NoiseKind::Turbulence)),
+        ("vec3", Vector),
+    ]
+};
 
 /// Named constants.
 pub(super) const CONSTANTS: &[(&str, f64)] = &[
@@ -161,4 +156,151 @@ pub(super) fn find_constant(name: &str) -> Option<f64> {
         .iter()
         .find(|(known, _)| *known == name)
         .map(|(_, value)| *value)
+}
+
+/// An operation on one to four operands, called a, b, c and d. Operands are numbers unless the text
+/// says vector. Each node of the graph and each instruction of a program holds an operation. The
+/// module [`run`](super::run) defines the results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Operation {
+    Negate,
+    Not,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Exp,
+    Ln,
+    Sqrt,
+    Abs,
+    Sign,
+    Floor,
+    Ceil,
+    Fract,
+    Round,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    /// Remainder a − b ⌊a/b⌋, as `mod` in GLSL. It is zero or lies between zero and b, so it has
+    /// the sign of b.
+    Modulo,
+    Power,
+    /// The number a to the power of the stored whole exponent. Where the magnitude of a is below b,
+    /// the result is zero; b is the [`underflow_limit_of_power`](super::semantics::underflow_limit_of_power) of the
+    /// exponent.
+    WholePower(u32),
+    Min,
+    Max,
+    Atan2,
+    /// 0 where b is below a, else 1.
+    Step,
+    /// Parity of ⌊a⌋ + ⌊b⌋: 0 or 1.
+    Checker,
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    Equal,
+    NotEqual,
+    And,
+    Or,
+    /// a·b·c + d, computed as a single step: the most frequent form in formulas.
+    ProductSum,
+    /// Interpolation from a at c = 0 to b at c = 1.
+    Mix,
+    /// Cubic step from 0 at c = a to 1 at c = b.
+    Smoothstep,
+    /// b where a is true, else c.
+    Select,
+    /// Dot product of vectors.
+    Dot,
+    /// Length of a vector.
+    Length,
+    /// Gradient noise at a point in space.
+    Noise,
+    /// Sum of this number of octaves of noise.
+    Sum(u32),
+    /// Sum of the absolute values of this number of octaves of noise.
+    Turbulence(u32),
+    /// Gradient noise at the point (a, b) in the plane.
+    PlaneNoise,
+    PlaneSum(u32),
+    PlaneTurbulence(u32),
+
+    /// The vector (a, b, c). This operation and all following operations yield vectors; all
+    /// preceding operations yield numbers.
+    Compose,
+    /// Componentwise sum of vectors.
+    AddVectors,
+    SubtractVectors,
+    MultiplyVectors,
+    DivideVectors,
+    MinVectors,
+    MaxVectors,
+    /// A vector times a number.
+    Scale,
+    /// A vector divided by a number.
+    DivideByNumber,
+    /// Interpolation from vector a at c = 0 to vector b at c = 1.
+    MixVectors,
+    /// Vector b where the number a is true, else vector c.
+    SelectVectors,
+    Cross,
+    Normalize,
+}
+
+impl Operation {
+    /// Whether the result is a vector; `false` for a number.
+    pub const fn is_vector(self) -> bool {
+        use Operation::{
+            AddVectors, Compose, Cross, DivideVectors, MaxVectors, MinVectors, MixVectors,
+            MultiplyVectors,
+        };
+        use Operation::{DivideByNumber, Normalize, Scale, SelectVectors, SubtractVectors};
+        matches!(
+            self,
+            Compose
+                | AddVectors
+                | SubtractVectors
+                | MultiplyVectors
+                | DivideVectors
+                | MinVectors
+                | MaxVectors
+        ) || matches!(
+            self,
+            Scale | DivideByNumber | MixVectors | SelectVectors | Cross | Normalize
+        )
+    }
+
+    /// Returns the operation on vectors that applies this operation to each component.
+    pub const fn vector_operation(self) -> Option<Self> {
+        match self {
+            Self::Add => Some(Self::AddVectors),
+            Self::Subtract => Some(Self::SubtractVectors),
+            Self::Multiply => Some(Self::MultiplyVectors),
+            Self::Divide => Some(Self::DivideVectors),
+            Self::Min => Some(Self::MinVectors),
+            Self::Max => Some(Self::MaxVectors),
+            _ => None,
+        }
+    }
+
+    /// Whether the operation requires two numbers, not vectors. All these operations yield 0 or 1.
+    pub const fn requires_numbers(self) -> bool {
+        use Operation::{
+            And, Checker, Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual, Or,
+        };
+        matches!(
+            self,
+            Less | LessOrEqual | Greater | GreaterOrEqual | Equal | NotEqual | And | Or | Checker
+        )
+    }
+
+    /// Whether the result is 0 or 1 for all operands.
+    pub const fn yields_truth_value(self) -> bool {
+        self.requires_numbers() || matches!(self, Self::Not | Self::Step)
+    }
 }

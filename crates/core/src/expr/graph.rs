@@ -6,10 +6,9 @@
 
 use std::collections::HashMap;
 
-use super::operation::Operation;
+use super::function::Operation;
 use super::run;
 use super::scope::Variable;
-use super::semantics;
 
 /// Constant value of an expression that reads no variable: a number or a vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,7 +150,7 @@ impl ExprGraph {
             Operation::Select | Operation::SelectVectors if b == c => return b,
             Operation::Select | Operation::SelectVectors => {
                 if let Some(condition) = self.constant_number_value(a) {
-                    return if semantics::is_true(condition) { b } else { c };
+                    return if run::is_true(condition) { b } else { c };
                 }
             }
             // A sum with a product becomes a single operation. Missing factors are 1, so that no

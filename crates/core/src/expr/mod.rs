@@ -31,14 +31,10 @@ mod call;
 mod error;
 mod function;
 mod graph;
-mod lexer;
-mod operation;
 mod parser;
 mod program;
-mod programs;
 mod run;
 mod scope;
-mod semantics;
 #[cfg(test)]
 mod tests;
 
@@ -48,11 +44,11 @@ pub use error::ExprError;
 pub use function::{constant_names, function_names};
 pub use graph::Constant;
 pub use program::Program;
-pub use programs::ProgramTable;
+pub use program::ProgramTable;
 pub use scope::{ExprScope, Variable, VariableValues};
 
 /// Greatest length of an expression in bytes.
-pub(crate) const MAX_SOURCE_BYTES: usize = 16 * 1024;
+const MAX_SOURCE_BYTES: usize = 16 * 1024;
 
 /// Greatest nesting depth of parentheses, calls, conditions, prefixes and powers.
 pub const MAX_DEPTH: usize = 64;

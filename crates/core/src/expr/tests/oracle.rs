@@ -5,7 +5,7 @@ use glam::DVec3;
 use raywright_bvh::scalar::{Real, Vector};
 
 use super::{hit, names, narrow};
-use crate::expr::semantics::modulo_with_sign_of_divisor;
+use crate::expr::run::modulo_with_sign_of_divisor;
 use crate::expr::{ExprScope, ProgramTable, VariableValues, compile};
 use crate::noise;
 

@@ -6,7 +6,7 @@ use raywright_bvh::scalar::Real;
 
 use super::{hit, names};
 use crate::expr::program::MAX_OPERATIONS;
-use crate::expr::semantics::{integer_power, underflow_limit_of_power};
+use crate::expr::run::{integer_power, underflow_limit_of_power};
 use crate::expr::{Constant, ExprScope, ProgramTable, Variable, compile, compile_number};
 
 /// Protects: every variable reads its own input, and exists only in its scopes.
