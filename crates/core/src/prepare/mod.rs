@@ -11,18 +11,14 @@ mod faults;
 mod geometry;
 mod inputs;
 mod light_leaks;
-mod lights;
 mod material;
 mod material_set;
 mod medium;
 mod openings;
-mod prepared_parts;
 mod prepared_scene;
 mod studio;
 mod studio_setup;
 mod tangents;
-mod unreached_lights;
-mod unresolved_gaps;
 
 use std::collections::BTreeMap;
 
@@ -42,14 +38,16 @@ use crate::studio::studio_sky;
 
 pub(crate) use collapsed_shapes::find_collapsed_objects;
 use context::PrepareContext;
+use emitters::{build_sky_sampler, prepare_irradiance, prepare_lights};
 pub use error::PrepareError;
 pub(crate) use error::check_cancelled;
 pub(crate) use estimate::estimate_memory;
+pub use faults::LightRays;
 pub(crate) use faults::{lost_object, unreached_light, unresolved_object};
 pub(crate) use geometry::{ObjectMesh, ObjectRecord, UniformSurface, build_geometry};
 pub use light_leaks::LampRef;
 pub(crate) use light_leaks::LightLeak;
-use lights::{build_sky_sampler, prepare_irradiance, prepare_lights};
+pub(crate) use light_leaks::UnresolvedGap;
 pub(crate) use material::{
     AnisotropyFrame, ClassicInputs, ConstantIor, FilmThickness, InputFieldTypes, LayeredInputs,
     PhysicalInputs, PhysicalTransmission, PreparedMaterial, ReflectionInputs, RefractiveIndex,
@@ -57,12 +55,10 @@ pub(crate) use material::{
 };
 use material_set::MaterialSet;
 pub(crate) use medium::PreparedMedium;
-use prepared_parts::PreparedParts;
+use prepared_scene::PreparedParts;
 pub(crate) use prepared_scene::PreparedScene;
 pub(crate) use prepared_scene::PreparedSpawnRule;
 pub use prepared_scene::TableSizes;
-pub use unreached_lights::LightRays;
-pub(crate) use unresolved_gaps::UnresolvedGap;
 
 impl<R: Real> PreparedScene<R> {
     /// Prepares a scene for rendering with the simulated effects. Tables of other effects stay
