@@ -37,11 +37,9 @@ mod ray_survey;
 mod rays;
 mod samples;
 mod session;
-mod sky;
 mod storage;
 mod summary;
 mod textures;
-mod views;
 
 use core::f64::consts::{PI, TAU};
 use core::time::Duration;
@@ -63,9 +61,9 @@ use crate::topology::{CountAndFirst, SolidSummary};
 use crate::fault::{Fault, FaultKind, Severity, Subject, format_decimal, format_metres, round_up};
 use FaultKind::*;
 use Severity::{Harmless, PictureWrong, SlowOrNoisy};
+use cameras::CameraView;
 use facts::{ObjectFacts, SceneFacts, hits_along_ray, unit_random};
 use ray_survey::{RayEvent, RaySurvey, Sighting};
-use views::CameraView;
 
 /// Limits on the work of the checks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,8 +4,8 @@
 use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::{Geometry, Motion, Shape as _};
 
+use super::cameras::nearest_to_camera;
 use super::duplicates::DuplicateObjects;
-use super::views::nearest_to_camera;
 use super::*;
 use crate::affine::affine_from_steps;
 use crate::generate::{count_generated_objects, generator_offsets};
