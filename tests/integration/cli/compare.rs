@@ -271,8 +271,9 @@ fn the_display_is_the_files_own() {
 #[test]
 fn coverage_is_beyond_thresholds() {
     use raywright::core::display::Display;
+    use raywright::core::display::Display;
     use raywright::core::picture::Picture;
-    use raywright::io::output::{PictureMetadata, write_exr, write_png};
+    use raywright::io::output::{PictureMetadata, write_picture};
     let sandbox = Sandbox::new();
     let write = |name: &str, alpha: Option<f32>| {
         let mut picture = Picture::new(10, 10);
@@ -281,8 +282,10 @@ fn coverage_is_beyond_thresholds() {
             sandbox.path(format!("{name}.png")),
             sandbox.path(format!("{name}.exr")),
         );
-        write_png(&png, &picture, Display::PLAIN, &PictureMetadata::default()).expect("a picture");
-        write_exr(&exr, &picture, &PictureMetadata::default()).expect("a picture");
+        write_picture(&png, &picture, Display::PLAIN, &PictureMetadata::default())
+            .expect("a picture");
+        write_picture(&exr, &picture, Display::PLAIN, &PictureMetadata::default())
+            .expect("a picture");
     };
     write("cut", Some(0.0));
     write("filled", Some(1.0));
@@ -325,19 +328,21 @@ fn coverage_is_beyond_thresholds() {
 #[test]
 fn partly_covered_pictures_are_their_own_display_pictures() {
     use raywright::core::display::Display;
+    use raywright::core::display::Display;
     use raywright::core::picture::Picture;
-    use raywright::io::output::{PictureMetadata, write_exr, write_png};
+    use raywright::io::output::{PictureMetadata, write_picture};
     let sandbox = Sandbox::new();
     let mut picture = Picture::new(8, 8);
     picture.rgb.fill([0.2, 0.1, 0.05]);
     picture.alpha = Some(vec![0.25; 64]);
-    write_exr(
+    write_picture(
         &sandbox.path("a.exr"),
         &picture,
+        Display::PLAIN,
         &PictureMetadata::default(),
     )
     .expect("a picture");
-    write_png(
+    write_picture(
         &sandbox.path("a.png"),
         &picture,
         Display::PLAIN,
@@ -497,20 +502,23 @@ fn what_cannot_be_compared_is_explained() {
 /// threshold it is reported.
 #[test]
 fn numbers_that_are_none_pass_no_threshold() {
+    use raywright::core::display::Display;
     use raywright::core::picture::Picture;
-    use raywright::io::output::{PictureMetadata, write_exr};
+    use raywright::io::output::{PictureMetadata, write_picture};
     let sandbox = Sandbox::new();
     let mut picture = Picture::new(2, 1);
-    write_exr(
+    write_picture(
         &sandbox.path("black.exr"),
         &picture,
+        Display::PLAIN,
         &PictureMetadata::default(),
     )
     .expect("a picture");
     picture.rgb[1][2] = f32::NAN;
-    write_exr(
+    write_picture(
         &sandbox.path("nan.exr"),
         &picture,
+        Display::PLAIN,
         &PictureMetadata::default(),
     )
     .expect("a picture");
@@ -543,8 +551,9 @@ fn numbers_that_are_none_pass_no_threshold() {
 #[test]
 fn the_table_has_the_figures() {
     use raywright::core::display::Display;
+    use raywright::core::display::Display;
     use raywright::core::picture::Picture;
-    use raywright::io::output::{PictureMetadata, write_png};
+    use raywright::io::output::{PictureMetadata, write_picture};
     let sandbox = Sandbox::new();
     let mut picture = Picture::new(4, 2);
     picture.rgb = vec![[1.0, 0.0, 0.0]; 8];
@@ -553,7 +562,7 @@ fn the_table_has_the_figures() {
         ..Display::PLAIN
     };
     let write = |name: &str, picture: &Picture| {
-        write_png(
+        write_picture(
             &sandbox.path(name),
             picture,
             display,

@@ -4,8 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
+use raywright::core::display::Display;
 use raywright::core::picture::Picture;
-use raywright::io::output::{PictureMetadata, write_exr};
+use raywright::io::output::{PictureMetadata, write_picture};
 use serde_json::Value;
 
 use super::films::{render, sandbox as room};
@@ -439,7 +440,13 @@ fn comparisons_know_noise() {
             *pixel = pixel.map(|channel| channel * 1.1);
         }
     }
-    write_exr(&sandbox.path("c.exr"), &biased, &PictureMetadata::default()).expect("a picture");
+    write_picture(
+        &sandbox.path("c.exr"),
+        &biased,
+        Display::PLAIN,
+        &PictureMetadata::default(),
+    )
+    .expect("a picture");
     let run = compare("c.exr b.exr --noise --level 0.05 --json");
     run.exits_with(1)
         .prints_like("error: c.exr differs from b.exr: noise: ")

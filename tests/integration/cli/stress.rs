@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use raywright::core::display::Display;
 use raywright::core::fault::{FaultKind, Severity};
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Sampling, Settings};
-use raywright::io::output::{PictureMetadata, write_exr};
+use raywright::io::output::{PictureMetadata, write_picture};
 use raywright::io::{Input, LoadOptions, load, presets};
 use raywright::stress::{StressEffort, stress};
 use serde_json::Value;
@@ -335,7 +336,13 @@ fn files_with_texels_that_are_no_light() {
         ..Picture::new(32, 16)
     };
     sky.rgb[100] = [f32::NAN, 0.3, 0.2];
-    write_exr(&sandbox.path("sky.exr"), &sky, &PictureMetadata::default()).expect("a file");
+    write_picture(
+        &sandbox.path("sky.exr"),
+        &sky,
+        Display::PLAIN,
+        &PictureMetadata::default(),
+    )
+    .expect("a file");
     let scene = FAULTS.replace(
         "sky.constant = 0.5",
         "sky.map = { image = \"sky\" }\nimages = [{ name = \"sky\", path = \"sky.exr\" }]",

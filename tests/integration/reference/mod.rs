@@ -13,7 +13,7 @@ use raywright::core::display::Display;
 use raywright::core::picture::Picture;
 use raywright::core::scene::{ClassicMaterial, MaterialModel, ToneMap, TransferCurve};
 use raywright::core::{RenderOutput, Scene, Settings, prepare};
-use raywright::io::output::{PictureMetadata, read_picture, write_png};
+use raywright::io::output::{PictureMetadata, read_picture, write_picture};
 use raywright::io::{Input, Limits, LoadOptions, ParameterOverrides, load};
 
 /// Reads a reference picture.
@@ -126,7 +126,7 @@ pub fn keep(label: &str, ours: &Picture, theirs: &Picture) -> PathBuf {
             layers: Vec::new(),
             ..picture.clone()
         };
-        write_png(
+        write_picture(
             &folder.join(format!("{name}.png")),
             &plain,
             Display::PLAIN,

@@ -3,17 +3,13 @@
 
 mod animation;
 mod atomic;
-mod exif;
 mod exr;
 mod film;
-mod marks;
 mod metadata;
 mod output_path;
-mod ownership;
 mod png;
 mod read;
 mod sheet;
-mod web_formats;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -26,22 +22,22 @@ use sha2::{Digest, Sha256};
 use crate::error::Error;
 pub use animation::{AnimationFormat, AnimationWriter};
 use atomic::ReplaceRule;
+pub use atomic::is_own_picture;
 pub use atomic::write_atomically;
 pub(crate) use exr::encode_exr;
 pub use film::{StoredFilm, is_film, read_film, write_film, write_new_film};
-pub use marks::{PictureMark, mark_radius, write_marked_picture};
 pub use metadata::PictureMetadata;
 pub use output_path::OutputPath;
 pub(crate) use output_path::file_fingerprint;
-pub use ownership::is_own_picture;
+pub(crate) use png::encode_jpeg;
 pub use png::encode_png;
+pub(crate) use png::encode_webp;
 pub(crate) use read::check_dwa_blocks;
 #[cfg(test)]
 pub(crate) use read::decode_picture;
 pub use read::{StoredPicture, read_picture};
 pub use sheet::ContactSheet;
-pub(crate) use web_formats::encode_jpeg;
-pub(crate) use web_formats::encode_webp;
+pub use sheet::{PictureMark, mark_radius, write_marked_picture};
 
 /// Format of a picture file, chosen by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -220,31 +216,6 @@ fn encode_picture(
         PictureFormat::Exr => encode_exr(picture, metadata),
     }
     .map_err(|cause| Error::unwritable(path, &cause))
-}
-
-/// Writes a picture as PNG, converted for display; see [`encode_png`].
-///
-/// # Errors
-/// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
-#[doc(alias = "save")]
-pub fn write_png(
-    path: &Path,
-    picture: &Picture,
-    display: Display,
-    metadata: &PictureMetadata,
-) -> Result<(), Error> {
-    let bytes =
-        encode_png(picture, display, metadata).map_err(|cause| Error::unwritable(path, &cause))?;
-    write_atomically(path, &bytes)
-}
-
-/// Writes colour, coverage and layers as OpenEXR.
-///
-/// # Errors
-/// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
-pub fn write_exr(path: &Path, picture: &Picture, metadata: &PictureMetadata) -> Result<(), Error> {
-    let bytes = encode_exr(picture, metadata).map_err(|cause| Error::unwritable(path, &cause))?;
-    write_atomically(path, &bytes)
 }
 
 /// Returns the name for the unfinished picture of an interrupted render: `NAME.partial.EXT`.

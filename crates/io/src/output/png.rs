@@ -1,13 +1,16 @@
-//! PNG output of 8 or 16 bits.
+//! Display pictures: PNG of 8 or 16 bits, JPEG, and lossless WebP.
 
-use std::io;
+use std::io::{self, Cursor};
 
+use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
+use image::codecs::webp::{WebPDecoder, WebPEncoder};
+use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageResult};
 use png::{BitDepth, ColorType, Compression, Encoder, ScaledFloat, SrgbRenderingIntent};
-use raywright_core::display::Display;
+use raywright_core::display::{Display, OutputFormat};
 use raywright_core::picture::Picture;
 use raywright_core::scene::TransferCurve;
 
-use super::metadata::PictureMetadata;
+use super::metadata::{PictureMetadata, encode_exif_block};
 
 /// Encodes the picture as PNG, converted for display.
 ///
@@ -26,19 +29,29 @@ pub fn encode_png(
     metadata: &PictureMetadata,
 ) -> io::Result<Vec<u8>> {
     super::check_buffer_sizes(picture)?;
-    let mut bytes = Vec::new();
-    let encoder = create_encoder(
-        &mut bytes,
-        [picture.width, picture.height],
-        display.has_alpha(picture),
+    let (size, has_alpha) = ([picture.width, picture.height], display.has_alpha(picture));
+    encode_codes(
+        &display.to_codes(picture),
+        size,
+        has_alpha,
         display,
         metadata,
-    )?;
-    let mut writer = encoder.write_header().map_err(io::Error::other)?;
-    writer
-        .write_image_data(&display.to_codes(picture))
-        .map_err(io::Error::other)?;
-    writer.finish().map_err(io::Error::other)?;
+    )
+}
+
+/// Encodes the codes of a picture of this size as PNG.
+pub(super) fn encode_codes(
+    codes: &[u8],
+    size: [u32; 2],
+    has_alpha: bool,
+    display: Display,
+    metadata: &PictureMetadata,
+) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let encoder = create_encoder(&mut bytes, size, has_alpha, display, metadata)?;
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(codes)?;
+    writer.finish()?;
     Ok(bytes)
 }
 
@@ -81,4 +94,128 @@ pub(super) fn create_encoder<'a, W: io::Write>(
         added.map_err(io::Error::other)?;
     }
     Ok(encoder)
+}
+
+/// Encodes the picture as JPEG, converted for display. Colour has full resolution; `quality` ranges
+/// from 1 to 100. JPEG cannot store coverage.
+///
+/// # Errors
+/// A picture with coverage or with inconsistent buffers.
+pub(crate) fn encode_jpeg(
+    picture: &Picture,
+    quality: u8,
+    display: Display,
+    metadata: &PictureMetadata,
+) -> io::Result<Vec<u8>> {
+    if display.has_alpha(picture) {
+        return Err(io::Error::other(
+            "a JPEG cannot store transparency; write a .png, or choose a colour with --background",
+        ));
+    }
+    let mut bytes = Vec::new();
+    encode_display_picture(
+        JpegEncoder::new_with_quality(&mut bytes, quality),
+        picture,
+        display,
+        metadata,
+    )?;
+    Ok(bytes)
+}
+
+/// Encodes the picture as lossless WebP, converted for display, with its coverage as straight alpha
+/// if present.
+///
+/// # Errors
+/// A picture with inconsistent buffers.
+pub(crate) fn encode_webp(
+    picture: &Picture,
+    display: Display,
+    metadata: &PictureMetadata,
+) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    encode_display_picture(
+        WebPEncoder::new_lossless(&mut bytes),
+        picture,
+        display,
+        metadata,
+    )?;
+    Ok(bytes)
+}
+
+fn encode_display_picture(
+    mut encoder: impl ImageEncoder,
+    picture: &Picture,
+    display: Display,
+    metadata: &PictureMetadata,
+) -> io::Result<()> {
+    super::check_buffer_sizes(picture)?;
+    let exif = encode_exif_block(metadata);
+    if !exif.is_empty() {
+        encoder.set_exif_metadata(exif).map_err(io::Error::other)?;
+    }
+    // Both formats have 8-bit codes.
+    let output = if display.output.bytes_per_channel() == 1 {
+        display.output
+    } else {
+        OutputFormat::Eight
+    };
+    let codes = Display { output, ..display }.to_codes(picture);
+    let kind = if display.has_alpha(picture) {
+        ExtendedColorType::Rgba8
+    } else {
+        ExtendedColorType::Rgb8
+    };
+    encoder
+        .write_image(&codes, picture.width, picture.height, kind)
+        .map_err(io::Error::other)
+}
+
+/// A JPEG or WebP file with a parsed header.
+pub(super) enum WebPictureDecoder<'b> {
+    Jpeg(JpegDecoder<Cursor<&'b [u8]>>),
+    WebP(WebPDecoder<Cursor<&'b [u8]>>),
+}
+
+impl<'b> WebPictureDecoder<'b> {
+    /// Parses the header of a JPEG or WebP file; `None` for any other signature.
+    pub fn open(bytes: &'b [u8]) -> Option<ImageResult<Self>> {
+        let cursor = Cursor::new(bytes);
+        if bytes.starts_with(b"\xff\xd8\xff") {
+            return Some(JpegDecoder::new(cursor).map(Self::Jpeg));
+        }
+        let is_webp = bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP");
+        is_webp.then(|| WebPDecoder::new(cursor).map(Self::WebP))
+    }
+
+    /// Name of the format.
+    pub fn format_name(&self) -> &'static str {
+        if matches!(self, Self::Jpeg(_)) {
+            "JPEG"
+        } else {
+            "WebP"
+        }
+    }
+
+    /// Width and height in pixels.
+    pub fn dimensions(&self) -> (u32, u32) {
+        match self {
+            Self::Jpeg(decoder) => decoder.dimensions(),
+            Self::WebP(decoder) => decoder.dimensions(),
+        }
+    }
+
+    /// Decodes the first picture of the file. Returns the picture and the bytes of its Exif block,
+    /// which may be empty.
+    pub fn decode(self) -> ImageResult<(DynamicImage, Vec<u8>)> {
+        fn decode_with_exif(
+            mut decoder: impl ImageDecoder,
+        ) -> ImageResult<(DynamicImage, Vec<u8>)> {
+            let exif = decoder.exif_metadata()?.unwrap_or_default();
+            Ok((DynamicImage::from_decoder(decoder)?, exif))
+        }
+        match self {
+            Self::Jpeg(decoder) => decode_with_exif(decoder),
+            Self::WebP(decoder) => decode_with_exif(decoder),
+        }
+    }
 }

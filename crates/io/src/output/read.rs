@@ -10,9 +10,8 @@ use std::path::Path;
 use png::{BitDepth, ColorType, Decoder, Info, Transformations};
 use raywright_core::picture::{Encoding, Picture};
 
-use super::exif;
-use super::metadata::PictureMetadata;
-use super::web_formats::WebPictureDecoder;
+use super::metadata::{PictureMetadata, decode_exif_texts};
+use super::png::WebPictureDecoder;
 use crate::error::Error;
 use crate::folder::read_picture_file;
 use crate::limits::{Limits, format_bytes};
@@ -222,20 +221,16 @@ fn unit_samples(buffer: &[u8], depth: BitDepth) -> Vec<f32> {
 }
 
 /// Returns the uncompressed texts of a PNG, by keyword.
-fn png_texts(info: &Info<'_>) -> BTreeMap<String, String> {
-    let mut texts = BTreeMap::new();
-    for chunk in &info.uncompressed_latin1_text {
-        texts.insert(chunk.keyword.clone(), chunk.text.clone());
-    }
-    for chunk in &info.utf8_text {
-        texts.extend(
-            chunk
-                .get_text()
-                .ok()
-                .map(|text| (chunk.keyword.clone(), text)),
-        );
-    }
-    texts
+pub(super) fn png_texts(info: &Info<'_>) -> BTreeMap<String, String> {
+    let latin = info
+        .uncompressed_latin1_text
+        .iter()
+        .map(|chunk| (chunk.keyword.clone(), chunk.text.clone()));
+    let utf8 = info
+        .utf8_text
+        .iter()
+        .filter_map(|chunk| Some((chunk.keyword.clone(), chunk.get_text().ok()?)));
+    latin.chain(utf8).collect()
 }
 
 /// Decodes a JPEG or WebP picture.
@@ -268,6 +263,6 @@ fn decode_web_picture(
         picture,
         encoding: Encoding::Display,
         has_colour: true,
-        texts: exif::decode_texts(&exif),
+        texts: decode_exif_texts(&exif),
     })
 }
