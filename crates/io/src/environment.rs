@@ -12,9 +12,9 @@ use raywright_core::scene::{Colour, Image, ImageData, Sky, SkyMap, Studio};
 use raywright_core::sky_picture::SkyPicture;
 
 use crate::error::Error;
+use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, read_picture_file};
 use crate::image_file::{self, DecodedImage};
-use crate::import::FaultKind;
 use crate::limits::Limits;
 use crate::source::SceneFormat;
 
@@ -197,8 +197,8 @@ fn load_sky_picture(
         remarks,
         repaired_count: repaired,
     } = image_file::decode(&bytes, limits).map_err(|fault| match fault.kind {
-        FaultKind::Limit => Error::over_limit(path.display(), fault.message),
-        FaultKind::Input | FaultKind::Choice => Error::invalid_input(path.display(), fault.message)
+        ErrorKind::Limit => fault.into_error(path.display()),
+        _ => (fault.into_error(path.display()))
             .with_hint("an environment is an equirectangular picture (.hdr, .exr, .png, .jpg)"),
     })?;
     warnings.extend(

@@ -72,7 +72,8 @@ impl Error {
         )
     }
 
-    fn with_kind(kind: ErrorKind, message: String) -> Self {
+    /// Creates the error of a kind with a complete message.
+    pub(crate) fn with_kind(kind: ErrorKind, message: String) -> Self {
         Self::Plain {
             kind,
             message,

@@ -7,7 +7,6 @@
 mod open_exr;
 pub(crate) mod primaries;
 mod radiance;
-mod radiance_repair;
 mod size;
 
 use std::io::Cursor;

@@ -10,6 +10,7 @@ use raywright_core::fault;
 use raywright_core::memory::{can_allocate, remaining_heap_bytes};
 use raywright_core::validate::validate;
 
+use crate::error_kind::ErrorKind;
 use crate::folder::ReadError;
 use crate::{Error, Limits, format_bytes};
 
@@ -36,21 +37,10 @@ pub(crate) fn format_count(count: usize, noun: &str) -> String {
     format!("{count} {noun}{ending}")
 }
 
-/// Kind of a [`Fault`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FaultKind {
-    /// The content is wrong.
-    Input,
-    /// The content needs more than the limits allow.
-    Limit,
-    /// The user chose a scene, variant or animation that the file lacks.
-    Choice,
-}
-
 /// A failure inside a file; [`Fault::into_error`] adds the file's name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Fault {
-    pub kind: FaultKind,
+    pub kind: ErrorKind,
     pub message: String,
 }
 
@@ -63,27 +53,19 @@ pub(crate) type ImportedScene = (Scene, Vec<fault::Fault>);
 impl Fault {
     /// Creates a fault for wrong content.
     pub fn invalid_input(message: impl Into<String>) -> Self {
-        Self {
-            kind: FaultKind::Input,
-            message: message.into(),
-        }
+        Self::with_kind(ErrorKind::Input, message)
     }
 
     /// Creates a fault for content beyond the limits.
     pub fn over_limit(message: impl Into<String>) -> Self {
-        Self {
-            kind: FaultKind::Limit,
-            message: message.into(),
-        }
+        Self::with_kind(ErrorKind::Limit, message)
     }
 
-    /// Creates a fault for a scene, variant or animation that the user chose and the file does not
-    /// have.
-    pub fn missing_choice(message: impl Into<String>) -> Self {
-        Self {
-            kind: FaultKind::Choice,
-            message: message.into(),
-        }
+    /// Creates a fault of a kind. [`ErrorKind::Usage`]: the user chose a scene, variant or animation
+    /// that the file does not have.
+    pub fn with_kind(kind: ErrorKind, message: impl Into<String>) -> Self {
+        let message = message.into();
+        Self { kind, message }
     }
 
     /// Prefixes the message with the position of the fault in the file.
@@ -94,11 +76,7 @@ impl Fault {
 
     /// Converts the fault to an error about a file.
     pub fn into_error(self, file: impl fmt::Display) -> Error {
-        match self.kind {
-            FaultKind::Input => Error::invalid_input(file, self.message),
-            FaultKind::Limit => Error::over_limit(file, self.message),
-            FaultKind::Choice => Error::invalid_usage(format_args!("{file}: {}", self.message)),
-        }
+        Error::with_kind(self.kind, format!("{file}: {}", self.message))
     }
 }
 
@@ -116,13 +94,11 @@ impl<T> FaultPlace for ImportResult<T> {
 
 impl From<ReadError> for Fault {
     fn from(error: ReadError) -> Self {
-        match error {
-            ReadError::TooLarge(_) => Self::over_limit(error.to_string()),
-            // A missing or refused file is a fault in the content of the file that names it.
-            ReadError::Refused(_) | ReadError::Unreadable(_) => {
-                Self::invalid_input(error.to_string())
-            }
-        }
+        let kind = match error {
+            ReadError::TooLarge(_) => ErrorKind::Limit,
+            ReadError::Refused(_) | ReadError::Unreadable(_) => ErrorKind::Input,
+        };
+        Self::with_kind(kind, error.to_string())
     }
 }
 
@@ -136,7 +112,7 @@ pub(crate) fn catch_invalid_input<T>(outcome: ImportResult<T>) -> ImportResult<R
     match outcome {
         Ok(value) => Ok(Ok(value)),
         Err(Fault {
-            kind: FaultKind::Input,
+            kind: ErrorKind::Input,
             message,
         }) => Ok(Err(message)),
         Err(fault) => Err(fault),

@@ -7,9 +7,8 @@
 
 use std::collections::HashMap;
 
-use super::accessor::AccessorReader;
+use super::accessor::{AccessorReader, find_entry};
 use super::animation_pointer;
-use super::buffers::find_entry;
 use super::document::Document;
 use super::entries::{AnimationChannel, AnimationEntry};
 use super::keyframes::KeyframeReader;

@@ -10,8 +10,7 @@ use std::collections::HashSet;
 
 use serde_json::{Map, Number, Value};
 
-use super::accessor::AccessorReader;
-use super::buffers::find_entry;
+use super::accessor::{AccessorReader, find_entry};
 use super::document::{self, Document};
 use super::entries::AnimationChannel;
 use super::extensions::{CORE, MaterialProperty, find_property};

@@ -7,8 +7,7 @@ use std::rc::Rc;
 use glam::{DAffine3, DMat3, DVec3, DVec4};
 
 use super::GltfImport;
-use super::accessor::Accessor;
-use super::buffers::find_entry;
+use super::accessor::{Accessor, find_entry};
 use super::entries::{NodeEntry, PrimitiveEntry};
 use super::nodes::NodeInstance;
 use super::vertices::VertexSelection;

@@ -284,7 +284,7 @@ mod tests {
         assert!(parse(&deep, &Limits::default(), &mut Warnings::default()).is_err());
         let many = format!("[{}0]", "0,".repeat(2000));
         let fault = parse(many.as_bytes(), &limits, &mut Warnings::default()).unwrap_err();
-        assert_eq!(fault.kind, crate::import::FaultKind::Limit);
+        assert_eq!(fault.kind, crate::error_kind::ErrorKind::Limit);
         let text = |after: &str| {
             format!(
                 r#"{{ "asset": {{ "version": "2.0", "copyright": "{}\"[" }} }}{after}"#,

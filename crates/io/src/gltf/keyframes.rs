@@ -33,6 +33,28 @@ enum KeyframePosition {
     BetweenKeys(usize, f64, f64),
 }
 
+impl KeyframePosition {
+    /// Interpolates vectors component by component; `value` returns the vector of an element of the
+    /// accessor.
+    fn interpolate<const N: usize>(
+        &self,
+        is_cubic_spline: bool,
+        value: impl Fn(usize) -> [f64; N],
+    ) -> [f64; N] {
+        match *self {
+            Self::AtKey(key) if is_cubic_spline => value(3 * key + 1),
+            Self::AtKey(key) => value(key),
+            Self::BetweenKeys(key, share, duration) if is_cubic_spline => {
+                hermite([1, 2, 3, 4].map(|i| value(3 * key + i)), share, duration)
+            }
+            Self::BetweenKeys(key, share, _) => {
+                let (a, b) = (value(key), value(key + 1));
+                core::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
+            }
+        }
+    }
+}
+
 impl<'a> KeyframeReader<'a> {
     pub fn new(reader: &'a AccessorReader<'a>) -> Self {
         Self {
@@ -125,18 +147,9 @@ impl<'a> KeyframeReader<'a> {
         arity: usize,
     ) -> ImportResult<[f64; N]> {
         let (values, between) = self.locate_time(sampler, time, arity)?;
-        let value = |element: usize| values.read_vector::<N>(element).map(f64::from);
-        Ok(match between {
-            KeyframePosition::AtKey(key) if is_cubic_spline(sampler) => value(3 * key + 1),
-            KeyframePosition::AtKey(key) => value(key),
-            KeyframePosition::BetweenKeys(key, share, _) if !is_cubic_spline(sampler) => {
-                let (a, b) = (value(key), value(key + 1));
-                core::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
-            }
-            KeyframePosition::BetweenKeys(key, share, duration) => {
-                hermite([1, 2, 3, 4].map(|i| value(3 * key + i)), share, duration)
-            }
-        })
+        Ok(between.interpolate(is_cubic_spline(sampler), |element| {
+            values.read_vector::<N>(element).map(f64::from)
+        }))
     }
 
     /// Interpolates the weights of all morph targets at a time in seconds.
@@ -148,24 +161,15 @@ impl<'a> KeyframeReader<'a> {
         let parts = if is_cubic_spline(sampler) { 3 } else { 1 };
         let (values, between) = self.locate_time(sampler, time, 1)?;
         let targets = values.count() / (parts * self.open_accessor(sampler.input)?.count());
-        let value = |index: usize, target: usize| {
-            values
-                .read_vector::<1>(index * targets + target)
-                .map(f64::from)
+        let weight = |target: usize| {
+            let [weight] = between.interpolate(is_cubic_spline(sampler), |element| {
+                values
+                    .read_vector(element * targets + target)
+                    .map(f64::from)
+            });
+            weight
         };
-        let weight = |target: usize| match between {
-            KeyframePosition::AtKey(key) => value(parts * key + parts / 2, target),
-            KeyframePosition::BetweenKeys(key, share, _) if !is_cubic_spline(sampler) => {
-                let ([a], [b]) = (value(key, target), value(key + 1, target));
-                [a + (b - a) * share]
-            }
-            KeyframePosition::BetweenKeys(key, share, duration) => hermite(
-                [1, 2, 3, 4].map(|i| value(3 * key + i, target)),
-                share,
-                duration,
-            ),
-        };
-        Ok((0..targets).map(|target| weight(target)[0]).collect())
+        Ok((0..targets).map(weight).collect())
     }
 
     /// Interpolates a rotation, a unit quaternion, at a time in seconds, along the shorter arc at

@@ -14,7 +14,7 @@ use raywright_core::scene::{
 };
 use raywright_core::validate::MAX_MAGNITUDE;
 
-use super::buffers::find_entry;
+use super::accessor::find_entry;
 use super::entries::MaterialEntry as Source;
 use super::extensions::MaterialProperty::{Checked, Color, ColorAlpha, Map, NormalMap, Number};
 use super::extensions::{CORE, GLOSSY, MATERIAL_OBJECTS, MaterialObject, TextureRole, UNLIT};

@@ -9,6 +9,7 @@ use super::accessor::AccessorReader;
 use super::document::Document;
 use super::extensions;
 use super::keyframes::KeyframeReader;
+use crate::error_kind::ErrorKind;
 use crate::import::{Fault, ImportResult, sanitise_text};
 
 /// The user's choices for a glTF file. `None` stands for the default scene, the default materials
@@ -192,9 +193,10 @@ fn unknown_name_fault(label: &str, wish: &str, names: &[&str], by_index: bool) -
     const MOST: usize = 20;
     let wish = sanitise_text(wish);
     if names.is_empty() {
-        return Fault::missing_choice(format!(
-            "has no {label}s, but the {label} `{wish}` was requested"
-        ));
+        return Fault::with_kind(
+            ErrorKind::Usage,
+            format!("has no {label}s, but the {label} `{wish}` was requested"),
+        );
     }
     let listed = names.iter().take(MOST).enumerate().map(|(index, name)| {
         match (by_index, name.is_empty()) {
@@ -212,5 +214,8 @@ fn unknown_name_fault(label: &str, wish: &str, names: &[&str], by_index: bool) -
             Some(name) => format!("did you mean `{}`? Its", sanitise_text(name)),
             None => "its".to_owned(),
         };
-    Fault::missing_choice(format!("has no {label} `{wish}`; {meant} {label}s: {list}"))
+    Fault::with_kind(
+        ErrorKind::Usage,
+        format!("has no {label} `{wish}`; {meant} {label}s: {list}"),
+    )
 }

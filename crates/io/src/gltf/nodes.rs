@@ -4,8 +4,8 @@ use std::collections::{HashMap, HashSet};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
+use super::accessor::find_entry;
 use super::animation::AnimatedTransform;
-use super::buffers::find_entry;
 use super::document::Document;
 use super::entries::NodeEntry;
 use crate::import::{Fault, ImportResult, Warnings};

@@ -10,7 +10,7 @@ use raywright_core::scene::{
 use raywright_core::validate::MAX_COORDINATE;
 
 use super::GltfImport;
-use super::buffers::find_entry;
+use super::accessor::find_entry;
 use super::entries::{ImageEntry, TextureEntry, TextureInfo, TextureSampler, TextureTransform};
 use super::extensions::TextureRole;
 use crate::import::{Fault, FaultPlace, ImportResult, catch_invalid_input};

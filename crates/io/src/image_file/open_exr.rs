@@ -10,7 +10,7 @@ use exr::prelude::{
 use raywright_core::scene::{ImageData, PixelData};
 
 use super::primaries::{convert_colour, matrix_to_rec_709};
-use super::radiance_repair::{GREATEST, InvalidRadianceCounts};
+use super::radiance::{GREATEST, InvalidRadianceCounts};
 use super::{DecodedImage, check_size};
 use crate::Limits;
 use crate::import::{Fault, ImportResult, sanitise_text};

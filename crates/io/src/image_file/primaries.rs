@@ -22,7 +22,7 @@ const BRADFORD: DMat3 = DMat3::from_cols_array(&[
 ]);
 
 /// Remark about chromaticities that define no colour space.
-pub(crate) const UNUSABLE: &str =
+const UNUSABLE: &str =
     "has chromaticities that define no colour space; its colours are read as Rec. 709";
 
 /// Returns the matrix from a file's linear RGB to that of Rec. 709, with the file's white mapped to

@@ -1,7 +1,7 @@
 //! Tests of all supported picture formats, and of refused pictures.
 
 use super::*;
-use crate::import::FaultKind;
+use crate::error_kind::ErrorKind;
 
 fn png(
     colour: png::ColorType,
@@ -300,15 +300,15 @@ fn limits_and_faults() {
         &[9, 200],
     );
     let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 100000 +X 100000\n".to_vec();
-    assert_eq!(decode(&png, &limits).unwrap_err().kind, FaultKind::Limit);
+    assert_eq!(decode(&png, &limits).unwrap_err().kind, ErrorKind::Limit);
     assert_eq!(
         decode(&hdr, &Limits::default()).unwrap_err().kind,
-        FaultKind::Limit
+        ErrorKind::Limit
     );
     for end in 0..png.len() - 12 {
         assert_eq!(
             decode(&png[..end], &Limits::default()).unwrap_err().kind,
-            FaultKind::Input,
+            ErrorKind::Input,
             "{end} bytes"
         );
     }
@@ -400,7 +400,7 @@ fn older_formats_are_read() {
         assert_eq!(codes(&bytes), texels, "{format:?}");
         assert_eq!(
             decode(&bytes, &few).expect_err("too large").kind,
-            FaultKind::Limit
+            ErrorKind::Limit
         );
         for end in 0..bytes.len() {
             let _ = decode(&bytes[..end], &Limits::default());
@@ -556,7 +556,7 @@ fn pictures_claim_what_they_become() {
         assert!(claimed(needed).is_ok(), "{needed}");
         assert_eq!(
             claimed(needed - 1).expect_err("a byte too few").kind,
-            FaultKind::Limit,
+            ErrorKind::Limit,
             "{needed}"
         );
     }
@@ -831,12 +831,12 @@ fn exr_windows_are_heeded() {
         value_of(([5, 5], [1, 1]), ([0, 0], [2, 2]))
             .expect_err("nothing")
             .kind,
-        FaultKind::Input
+        ErrorKind::Input
     );
     assert_eq!(
         value_of(([0, 0], [1, 1]), ([0, 0], [1 << 15, 1 << 15]))
             .expect_err("too large")
             .kind,
-        FaultKind::Limit
+        ErrorKind::Limit
     );
 }

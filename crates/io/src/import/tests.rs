@@ -50,7 +50,7 @@ fn budget_refuses_what_exceeds_it() {
             .reserve_memory(usize::MAX, usize::MAX)
             .unwrap_err()
             .kind,
-        FaultKind::Limit
+        ErrorKind::Limit
     );
     assert!(budget.reserve_triangles(4).is_err());
     assert!(budget.reserve_triangles(3).is_ok());

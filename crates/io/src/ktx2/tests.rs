@@ -1,7 +1,7 @@
 //! Tests of KTX2 decoding.
 
 use super::*;
-use crate::import::FaultKind;
+use crate::error_kind::ErrorKind;
 
 /// Encodes a UASTC block of a single colour: mode 8, then eight bits a channel.
 fn block(colour: [u8; 4]) -> [u8; 16] {
@@ -166,7 +166,7 @@ fn broken_containers_are_refused() {
         image_pixels: 31,
         ..Limits::default()
     };
-    assert_eq!(decode(&good, &small).unwrap_err().kind, FaultKind::Limit);
+    assert_eq!(decode(&good, &small).unwrap_err().kind, ErrorKind::Limit);
     for end in 0..good.len() {
         assert!(
             decode(&good[..end], &Limits::default()).is_err(),

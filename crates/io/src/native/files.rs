@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
 use crate::image_file::{self, DecodedImage};
-use crate::import::{DecodeBudget, Fault, FaultKind};
+use crate::import::{DecodeBudget, Fault};
 use crate::limits::Limits;
 use crate::{mesh_file, presets};
 
@@ -164,13 +164,8 @@ fn read_image(
 
 /// Creates the error for an image whose bytes cannot be decoded.
 fn image_error(parsed: &ParsedScene<'_>, index: usize, fault: &Fault) -> Error {
-    let kind = if fault.kind == FaultKind::Limit {
-        ErrorKind::Limit
-    } else {
-        ErrorKind::Input
-    };
     let message = format!("`{}` {}", parsed.scene.images[index].path, fault.message);
-    parsed.error_at(kind, &format!("images[{index}].path"), message)
+    parsed.error_at(fault.kind, &format!("images[{index}].path"), message)
 }
 
 fn is_sky_image(parsed: &ParsedScene<'_>, name: &str) -> bool {

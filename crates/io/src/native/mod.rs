@@ -1,10 +1,7 @@
 //! Parsing of the native scene format: TOML or JSON text to a [`Scene`], with the position of every
 //! problem.
-
-mod access;
 mod colours;
 mod de;
-mod enums;
 mod examples;
 mod failure;
 pub(crate) mod files;
@@ -12,7 +9,6 @@ mod json;
 mod models;
 mod node;
 mod parameters;
-mod positions;
 mod toml;
 
 use std::collections::{BTreeMap, HashSet};
@@ -24,8 +20,8 @@ use raywright_core::scene::FORMAT;
 use raywright_core::validate::validate;
 use serde::Deserialize;
 
+pub(crate) use node::ModelEntries;
 pub use parameters::ParameterOverrides;
-pub(crate) use positions::ModelEntries;
 
 use self::de::{ReadContext, ValueReader};
 use self::failure::{PathStep, ReadFailure};
@@ -67,7 +63,7 @@ pub(crate) struct ParsedScene<'a> {
 impl ParsedScene<'_> {
     /// Creates an error at the position of the value at a path such as `meshes[2].source.file`.
     pub fn error_at(&self, kind: ErrorKind, path: &str, message: impl Into<String>) -> Error {
-        let span = positions::value_span(&self.root, path);
+        let span = node::value_span(&self.root, path);
         let problem = Diagnostic {
             message: message.into(),
             span,
@@ -83,7 +79,7 @@ impl ParsedScene<'_> {
     /// Creates a warning for a problem that does not prevent a picture, with the line of the
     /// problem.
     pub fn warning_at(&self, problem: &Fault) -> Fault {
-        let before = positions::value_span(&self.root, &problem.path)
+        let before = node::value_span(&self.root, &problem.path)
             .and_then(|span| self.text.get(..span.start))
             .unwrap_or_default();
         let line = before.matches('\n').count() + 1;
@@ -111,7 +107,7 @@ pub(crate) fn parse<'a>(
     let unread = UnreadParts::from_parameters(&problems[unnamed..], &names);
     let (scene, unread) = deserialize_scene(&mut root, text, &names, unread, &mut problems);
     let found: Vec<_> = (scene.iter().flat_map(validate))
-        .map(|problem| positions::diagnostic_from_problem(&root, text, problem))
+        .map(|problem| node::diagnostic_from_problem(&root, text, problem))
         .filter(|problem| !unread.affects(problem, text))
         .collect();
     problems.extend(found);
@@ -345,7 +341,7 @@ impl SyntaxTree {
     /// Returns the byte range of the deepest value on a path that exists in the text; `None` if
     /// only the root exists.
     pub fn span(&self, path: &str) -> Option<std::ops::Range<usize>> {
-        positions::value_span(&self.0, path)
+        node::value_span(&self.0, path)
     }
 }
 

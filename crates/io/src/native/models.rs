@@ -14,7 +14,7 @@ use raywright_core::suggest::most_similar_word;
 use raywright_core::validate::MAX_COORDINATE;
 
 use super::ParsedScene;
-use super::positions::ModelEntries;
+use super::node::ModelEntries;
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};

@@ -1,11 +1,14 @@
 //! Evaluation of the time `t` and of the parameters of a native scene, in the order of the text.
 //! Both are evaluated before all other numbers, because every other number may use them.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use raywright_core::expr;
 use raywright_core::suggest::most_similar_word;
 
+use super::de::{ReadContext, ValueReader};
+use super::failure::ReadFailure;
 use super::node::{TableEntry, TextValue, ValueNode};
 use crate::diagnostic::Diagnostic;
 use crate::error::Error;
@@ -144,31 +147,19 @@ fn evaluate_number(
     names: &BTreeMap<String, f64>,
     problems: &mut Vec<Diagnostic>,
 ) -> f64 {
-    let problem = match &node.value {
-        TextValue::Float(value) => return *value,
-        TextValue::Integer(value) => return *value as f64,
-        TextValue::Unsigned(value) => return *value as f64,
-        TextValue::Text(source) => match expr::evaluate(source, names) {
-            Ok(value) => return value,
-            Err(error) => Diagnostic {
-                message: format!("in the expression of `{name}`: {}", error.message),
-                span: Some(node.span_of_text_part(text, &error.span)),
-                label: String::new(),
-                hint: error.hint,
-            },
-        },
-        _ => Diagnostic {
-            message: format!(
-                "`{name}` must be a number, or an expression in quotes, not {}",
-                node.describe_type()
-            ),
-            span: Some(node.span.clone()),
-            label: String::new(),
-            hint: None,
-        },
+    let context = ReadContext {
+        text,
+        variables: names,
+        failures: RefCell::default(),
     };
-    problems.push(problem);
-    1.0
+    let reader = ValueReader {
+        name,
+        ..ValueReader::from_root(node, &context)
+    };
+    let value = reader.evaluate_number();
+    let failures = context.failures.into_inner();
+    problems.extend(failures.into_iter().map(ReadFailure::into_diagnostic));
+    value
 }
 
 fn check_parameter_name(entry: &TableEntry) -> Option<Diagnostic> {

@@ -5,11 +5,8 @@
 //! texture coordinates, vertex colours, and materials with their textures, see [`material`]. Each
 //! material becomes a mesh, or two if some of its faces are flat and others smooth; named objects
 //! and groups are not kept. Curves, surfaces, points and lines are reported in a warning.
-
-mod lines;
 mod material;
 mod mesh;
-mod mtl;
 mod survey;
 mod texture;
 
@@ -30,7 +27,7 @@ use crate::import::{
 use crate::text::refuse_non_text;
 use crate::{Limits, mesh_tools};
 
-use mtl::{LibraryMaterial, MaterialLibrary};
+use material::{LibraryMaterial, MaterialLibrary};
 use survey::ObjSurvey;
 use texture::TextureNames;
 
@@ -51,7 +48,7 @@ pub(crate) fn import(
     let SceneBuilder {
         budget, warnings, ..
     } = &mut builder;
-    let text = lines::decode_text(bytes);
+    let text = survey::decode_text(bytes);
     let mut survey = ObjSurvey::read(&text, false, budget, warnings)?;
     let models = match survey.is_healthy.then(|| parse_obj(&text)) {
         Some(Ok(models)) => models,
@@ -61,7 +58,7 @@ pub(crate) fn import(
             parse_obj(&survey.mended.concat())?
         }
     };
-    let library = mtl::load(&survey.libraries, folder, warnings)?;
+    let library = material::load(&survey.libraries, folder, warnings)?;
     let parts = mesh::build_meshes(survey.runs, models, warnings)?;
     builder.build(file, parts, (survey.materials, library))
 }
@@ -141,7 +138,7 @@ impl<'a> SceneBuilder<'a> {
         self.scene.title = stem.to_string_lossy().into_owned();
         let name_in_file = |number: Option<usize>| {
             let name = number.and_then(|number| used.get(number));
-            name.map_or(mtl::DEFAULT, String::as_str)
+            name.map_or(material::DEFAULT, String::as_str)
         };
         let statements = parts
             .iter()

@@ -7,7 +7,7 @@ use raywright_core::scene::{
 };
 
 use super::SceneBuilder;
-use super::lines::{normalise_path, strip_name_comment};
+use super::survey::{normalise_path, strip_name_comment};
 use crate::image_decode_queue::ImageDecodeQueue;
 use crate::image_file;
 use crate::import::{Fault, FaultPlace, ImportResult, UniqueNames, catch_invalid_input};

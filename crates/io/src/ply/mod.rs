@@ -17,8 +17,6 @@
 //! This reader does not use the crate `ply-rs`, which creates a map from names to values for each
 //! element, some hundred times the size of the file, and allocates by the counts that a header
 //! claims.
-
-mod face_record;
 mod faces;
 mod header;
 mod textures;

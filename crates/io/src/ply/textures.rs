@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use raywright_core::scene::MeshData;
 
+use super::vertices::gather;
 use crate::import::{DecodeBudget, ImportResult, Warnings};
 
 /// Divides a mesh by the image numbers of its triangles. Returns a mesh for each image, and a mesh
@@ -75,23 +76,13 @@ fn extract_triangles(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
         .iter()
         .map(|triangle| triangle.map(&mut number))
         .collect();
-    fn gather_by_index<T: Copy>(used: &[u32], of: &[T]) -> Vec<T> {
-        used.iter()
-            .filter_map(|&vertex| of.get(vertex as usize))
-            .copied()
-            .collect()
-    }
     MeshData {
         positions: mesh
             .positions
             .subset(used.iter().map(|&vertex| vertex as usize)),
-        normals: gather_by_index(&used, &mesh.normals),
-        colours: gather_by_index(&used, &mesh.colours),
-        uvs: mesh
-            .uvs
-            .iter()
-            .map(|set| gather_by_index(&used, set))
-            .collect(),
+        normals: gather(&used, &mesh.normals),
+        colours: gather(&used, &mesh.colours),
+        uvs: mesh.uvs.iter().map(|set| gather(&used, set)).collect(),
         indices,
         ..MeshData::default()
     }

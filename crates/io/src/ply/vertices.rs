@@ -183,3 +183,11 @@ pub(super) fn flip_v([u, v]: [f32; 2]) -> [f32; 2] {
         [0.0; 2]
     }
 }
+
+/// Returns the values of vertices with these indices, in their order; empty without values.
+pub(super) fn gather<T: Copy>(vertices: &[u32], of: &[T]) -> Vec<T> {
+    let values = vertices
+        .iter()
+        .filter_map(|&vertex| of.get(vertex as usize));
+    values.copied().collect()
+}
