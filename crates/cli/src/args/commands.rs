@@ -8,11 +8,12 @@ use std::time::Duration;
 use clap::{Arg, ArgAction, Args, ValueEnum};
 use raywright_core::bench::GeneratedPrimitive;
 use raywright_core::bvh::BuildQuality;
+use raywright_core::fault::Severity;
 use raywright_core::ladder::{Ladder, build_quality_of_rung};
-use raywright_core::scene::{ToneMap, TransferCurve};
+use raywright_core::scene::{Integrator, ToneMap, TransferCurve};
 use raywright_core::stability::RayCount;
 
-use super::{DisplayArgs, RenderArgs, SceneArgs, hide_flags, names, values};
+use super::{ChoiceArgs, DisplayArgs, Precision, RenderArgs, SceneArgs, hide_flags, names, values};
 
 /// Hides the flags that change light and materials alone, which no ray of `bench` meets.
 pub fn hide_light_flags(arg: Arg) -> Arg {
@@ -74,7 +75,7 @@ pub struct BenchArgs {
 
     /// CPU seconds for the rays, approximately; builds take further time. Less time means shorter
     /// measurements, which are less certain, and leaves out the slowest scans
-    #[arg(long, value_name = "S", allow_hyphen_values = true, default_value_t = 40.0, value_parser = values::parse_seconds)]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, default_value_t = 40.0, value_parser = values::limited(0.001..=86_400.0, "a number of seconds from 0.001 to 86400, such as 40"))]
     pub seconds: f64,
 
     /// Print JSON instead of a table
@@ -159,7 +160,7 @@ pub struct CompareArgs {
     pub noise: bool,
 
     /// Probability of a false alarm of --noise, over all tested blocks together
-    #[arg(long, value_name = "P", allow_hyphen_values = true, value_parser = values::parse_significance_level, default_value = "0.01", requires = "noise", help_heading = "Thresholds")]
+    #[arg(long, value_name = "P", allow_hyphen_values = true, value_parser = values::limited(1e-9..=0.5, "a probability from 1e-9 to 0.5, such as 0.01"), default_value = "0.01", requires = "noise", help_heading = "Thresholds")]
     pub level: f64,
 
     /// Write a picture of the differences, .png: black where the pictures are alike, lighter where
@@ -426,4 +427,158 @@ pub struct ViewerArgs {
     /// Print the page's address without opening it
     #[arg(long, help_heading = "Viewer")]
     pub no_open: bool,
+}
+
+// Arguments of `accuracy`.
+
+/// Arguments of `accuracy`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A setting that trades accuracy for time is a ladder, and each of its quality levels is a rung. Each rung that applies to the scene is rendered in turn, at the \
+full size, and compared with a reference picture: double precision (f64), every ladder on its most exact rung. Errors of noise are those that whole pictures state, \
+as by `render`. Times are CPU seconds of all threads, without preparation.
+
+Examples:
+  raywright accuracy                                    The default preset, a table
+  raywright accuracy duck.glb --budget 5min -o duck.html  More time, and a page with plot and pictures
+  raywright accuracy scene.scene.toml --rung samples=16   Starting from 16 samples a pixel
+  raywright accuracy duck.glb --json > duck.json          JSON for other programs")]
+pub struct AccuracyArgs {
+    /// Scene or model to measure: .scene.toml, .scene.json, glTF/GLB, OBJ, STL, PLY, preset:NAME,
+    /// or - for standard input [default: the default preset]
+    #[arg(value_name = "SCENE")]
+    pub scene: Option<OsString>,
+
+    /// Changes to the scene.
+    #[command(flatten)]
+    pub changes: SceneArgs,
+
+    /// Rungs (quality levels of settings) and switched-off effects of the setting in use. All other
+    /// settings are compared with this setting.
+    #[command(flatten)]
+    pub choices: ChoiceArgs,
+
+    /// Integrator, the method that computes light [default: the scene's]
+    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<Integrator>())]
+    pub integrator: Option<Integrator>,
+
+    /// Total time, such as 90s or 5min; renders end when the time is over
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "60s", value_parser = values::parse_duration)]
+    pub budget: Duration,
+
+    /// Size of the picture in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Largest number of rounds, each with other random numbers; reached only if time is left
+    #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = values::whole_number::<u32>(2..=1000))]
+    pub rounds: u32,
+
+    /// Keep the reference picture in this file or, if the file exists, compare with its picture
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+
+    /// Number of threads, at most one for each processor [default: one for each processor]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::whole_number::<u32>(1..=1024))]
+    pub threads: Option<u32>,
+
+    /// Limit on memory, in bytes or with K, M or G, such as 2G; a render that needs more is refused
+    /// [default: 8G]
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
+    pub max_memory: Option<u64>,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+
+    /// Also write the report: .html (a page with plot and table), .csv, .json or .svg (the plot);
+    /// may be repeated
+    #[arg(short = 'o', long, value_name = "FILE", action = clap::ArgAction::Append)]
+    pub output: Vec<PathBuf>,
+}
+
+// Arguments of `stress`.
+
+/// Arguments of `stress`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Findings are of three kinds: picture wrong, slow or noisy, harmless; docs/stress.md lists all of them. Exit code 1 if the picture is wrong, or \
+if anything is found that --deny names.
+
+Examples:
+  raywright stress model.glb                        What is wrong with a model
+  raywright stress room.scene.toml -o places.png    The places too, marked in the picture
+  raywright stress room.scene.toml --deny harmless  Exit code 1 for anything at all")]
+pub struct StressArgs {
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or -
+    /// for standard input
+    #[arg(value_name = "SCENE")]
+    pub scene: OsString,
+
+    /// Changes to the scene.
+    #[command(flatten)]
+    pub changes: SceneArgs,
+
+    /// Chosen rungs and switched-off effects.
+    #[command(flatten)]
+    pub choices: ChoiceArgs,
+
+    /// Integrator, the method that computes light [default: the scene's]
+    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<Integrator>())]
+    pub integrator: Option<Integrator>,
+
+    /// Arithmetic of rays and surfaces [default: robust]
+    #[arg(long, value_name = "NAME", value_enum)]
+    pub precision: Option<Precision>,
+
+    /// Seed of the rays: the same seed gives the same rays [default: the scene's; for models 0]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::parse_seed)]
+    pub seed: Option<u64>,
+
+    /// Time after which no more rays are traced, such as 90s or 5min; meshes and images are always
+    /// examined in full
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::parse_duration)]
+    pub budget: Duration,
+
+    /// Number of threads, at most one for each processor [default: one for each processor]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::whole_number::<u32>(1..=1024))]
+    pub threads: Option<u32>,
+
+    /// Refuse work that needs more memory: bytes, or with K, M, G [default: 8G]
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
+    pub max_memory: Option<u64>,
+
+    /// Mildest kind of finding for which the exit code is 1
+    #[arg(long, value_name = "KIND", value_enum, default_value_t)]
+    pub deny: DeniedSeverity,
+
+    /// Print JSON instead of text
+    #[arg(long)]
+    pub json: bool,
+
+    /// Write a quick picture with the findings marked, as PNG
+    #[arg(short, long, value_name = "FILE.png")]
+    pub output: Option<PathBuf>,
+}
+
+/// Mildest severity that `--deny` turns into exit code 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum DeniedSeverity {
+    /// Findings that make the picture wrong
+    #[default]
+    PictureWrong,
+    /// Also findings that make the picture slow or noisy
+    SlowOrNoisy,
+    /// All findings
+    Harmless,
+}
+
+impl From<DeniedSeverity> for Severity {
+    fn from(denied: DeniedSeverity) -> Self {
+        match denied {
+            DeniedSeverity::PictureWrong => Self::PictureWrong,
+            DeniedSeverity::SlowOrNoisy => Self::SlowOrNoisy,
+            DeniedSeverity::Harmless => Self::Harmless,
+        }
+    }
 }

@@ -1,25 +1,22 @@
 //! The command line as parsed by clap: names, help texts and parsers of all flags.
 
-pub mod names;
-pub mod values;
-
-mod accuracy;
 mod commands;
+pub mod names;
 mod render;
 mod scene;
-mod stress;
+pub mod values;
 
-pub use accuracy::AccuracyArgs;
+pub use commands::AccuracyArgs;
 pub use commands::{
     BenchArgs, CompareArgs, DenoiseArgs, MergeArgs, StabilityArgs, ThresholdArgs, ThumbsArgs,
     ViewerArgs,
 };
+pub use commands::{DeniedSeverity, StressArgs};
 pub use render::{
     Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs,
     ReportArgs, ViewArgs,
 };
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
-pub use stress::{DeniedSeverity, StressArgs};
 pub use values::{
     BackgroundChoice, ExposureChoice, FrameTimes, MOST_SAMPLES, NamedViews, PictureShare,
     TevAddress,

@@ -139,7 +139,7 @@ pub struct ViewArgs {
 
     /// Pictures per second of a .gif or .apng file [default: those of --frames; a turn of --turntable
     /// takes 4 seconds; otherwise 1]
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::parse_frame_rate)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::limited(0.01..=100.0, "a number of pictures per second from 0.01 to 100, such as 25"))]
     pub fps: Option<f64>,
 
     /// One picture for each time from A up to, but not at, B seconds, at FPS pictures per second,
@@ -149,7 +149,7 @@ pub struct ViewArgs {
     pub frames: Option<FrameTimes>,
 
     /// Enlarge the middle of the picture by this factor
-    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::parse_zoom)]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::limited(1e-3..=1e3, "a factor from 0.001 to 1000, such as 2"))]
     pub zoom: Option<f64>,
 
     /// Move the camera to this point
@@ -177,7 +177,7 @@ pub struct ViewArgs {
     /// Fit of a picture whose aspect ratio differs from the camera's: contain shows the camera's
     /// whole view and more at two sides, cover shows a part of the view [default: contain for glTF
     /// cameras; for others the scene's `fit`, or the vertical field of view is kept]
-    #[arg(long, value_name = "contain|cover", value_parser = values::parse_fit, conflicts_with_all = ["view", "views", "turntable", "fov"])]
+    #[arg(long, value_name = "contain|cover", value_parser = values::one_of(&[("contain", AspectFit::Contain), ("cover", AspectFit::Cover)]), conflicts_with_all = ["view", "views", "turntable", "fov"])]
     pub fit: Option<AspectFit>,
 
     /// Render only this rectangle of pixels, counted from the top left; the pixels have the same
@@ -251,7 +251,7 @@ pub struct LightArgs {
 
     /// Largest radiance of a sample; brighter samples are dimmed to X. Fireflies become fewer, but
     /// light is lost, and the picture is biased [default: no limit]
-    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::parse_radiance_limit)]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::limited(f64::MIN_POSITIVE.., "a radiance above zero, such as 10"))]
     pub clamp: Option<f64>,
 
     /// Seed of the random numbers: the same seed gives the same picture, bit for bit [default: the

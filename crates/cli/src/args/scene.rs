@@ -46,7 +46,7 @@ pub struct SceneArgs {
 
     /// Material of every surface, to judge shapes: clay, a matte neutral grey. Alpha cut-outs stay
     /// cut out, glass becomes opaque, lamps still emit light
-    #[arg(long, value_name = "clay", value_parser = values::parse_material)]
+    #[arg(long, value_name = "clay", value_parser = values::one_of(&[("clay", values::MaterialChoice::Clay)]))]
     pub material: Option<values::MaterialChoice>,
 
     /// Cut models: x=0.3 keeps the side below 0.3 along x, -x=0.3 the side above, in axes and units
@@ -69,12 +69,12 @@ pub struct SceneArgs {
     pub studio: bool,
 
     /// Ground of the studio: auto (it shows shadows and is otherwise invisible) or none
-    #[arg(long, value_name = "auto|none", value_parser = values::parse_ground, default_value = "auto", hide_default_value = true)]
+    #[arg(long, value_name = "auto|none", value_parser = values::one_of(&[("auto", GroundRule::Auto), ("none", GroundRule::None)]), default_value = "auto", hide_default_value = true)]
     pub ground: GroundRule,
 
     /// Backdrop of the studio, the same for all pictures of a run: dark, light, or auto, which is
     /// dark behind a bright first model and light behind a dark first model
-    #[arg(long, value_name = "auto|dark|light", value_parser = values::parse_backdrop)]
+    #[arg(long, value_name = "auto|dark|light", value_parser = values::one_of(&values::BackdropChoice::NAMED))]
     pub backdrop: Option<values::BackdropChoice>,
 
     /// Turn the environment by this many degrees about +y: 90 shows along +z the part that was

@@ -15,11 +15,11 @@ use raywright_core::display::curve::{encode_transfer, quantise_8_bit};
 use raywright_core::effects::{Effect, SWITCHABLE_EFFECTS};
 use raywright_core::fault::FaultKind;
 use raywright_core::framing::ViewAngles;
-use raywright_core::scene::{AspectFit, Studio, TransferCurve};
+use raywright_core::scene::{Studio, TransferCurve};
 use raywright_core::settings::Crop;
 use raywright_core::sky_picture::SkyPicture;
 use raywright_core::suggest::most_similar_word;
-use raywright_io::{EnvironmentSource, GroundRule, UpAxis, parse_colour};
+use raywright_io::{EnvironmentSource, UpAxis, parse_colour};
 
 /// Largest number of samples per pixel.
 pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
@@ -100,11 +100,15 @@ fn expect<T>(value: Option<T>, form: &str) -> Result<T, String> {
     value.ok_or_else(|| format!("expected {form}"))
 }
 
-/// Parses one of several words.
-fn parse_word<T: Copy>(text: &str, words: &[(&str, T)]) -> Result<T, String> {
-    let found = words.iter().find(|(word, _)| *word == text);
-    let names: Vec<String> = words.iter().map(|(word, _)| format!("`{word}`")).collect();
-    expect(found.map(|(_, value)| *value), &join_alternatives(&names))
+/// Returns a clap parser of several words, each with its value.
+pub fn one_of<T: Copy + Send + Sync + 'static>(
+    words: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    move |text: &str| {
+        let found = words.iter().find(|(word, _)| *word == text);
+        let names: Vec<String> = words.iter().map(|(word, _)| format!("`{word}`")).collect();
+        expect(found.map(|(_, value)| *value), &join_alternatives(&names))
+    }
 }
 
 /// Joins names as alternatives: `a, b or c`.
@@ -130,6 +134,14 @@ pub fn parse_limited(text: &str, limits: impl RangeBounds<f64>, form: &str) -> R
     expect(Some(value).filter(|value| limits.contains(value)), form)
 }
 
+/// Returns a clap parser of finite numbers within limits.
+pub fn limited(
+    limits: impl RangeBounds<f64> + Clone + Send + Sync + 'static,
+    form: &'static str,
+) -> impl TypedValueParser<Value = f64> {
+    move |text: &str| parse_limited(text, limits.clone(), form)
+}
+
 /// Parses a finite number of at least zero.
 pub fn parse_non_negative(text: &str) -> Result<f64, String> {
     parse_limited(text, 0.0.., "a number of at least 0")
@@ -146,45 +158,10 @@ pub fn parse_max_error(text: &str) -> Result<f64, String> {
     Ok(value / unit)
 }
 
-/// Parses the probability of a false alarm, from 1e-9 to 0.5.
-pub fn parse_significance_level(text: &str) -> Result<f64, String> {
-    parse_limited(
-        text,
-        1e-9..=0.5,
-        "a probability from 1e-9 to 0.5, such as 0.01",
-    )
-}
-
 /// Parses a field of view in degrees, above 0 and below 180.
 pub fn parse_field_of_view(text: &str) -> Result<f64, String> {
     let form = "an angle in degrees, above 0 and below 180, such as 40";
     parse_limited(text, f64::MIN_POSITIVE..180.0, form)
-}
-
-/// Parses a zoom factor from 0.001 to 1000.
-pub fn parse_zoom(text: &str) -> Result<f64, String> {
-    parse_limited(text, 1e-3..=1e3, "a factor from 0.001 to 1000, such as 2")
-}
-
-/// Parses a number of pictures per second, from 0.01 to 100.
-pub fn parse_frame_rate(text: &str) -> Result<f64, String> {
-    parse_limited(
-        text,
-        0.01..=100.0,
-        "a number of pictures per second from 0.01 to 100, such as 25",
-    )
-}
-
-/// Parses a measuring time in seconds, from 0.001 to 86400.
-pub fn parse_seconds(text: &str) -> Result<f64, String> {
-    let form = "a number of seconds from 0.001 to 86400, such as 40";
-    parse_limited(text, 0.001..=86_400.0, form)
-}
-
-/// Parses a finite radiance above zero.
-pub fn parse_radiance_limit(text: &str) -> Result<f64, String> {
-    let form = "a radiance above zero, such as 10";
-    parse_limited(text, f64::MIN_POSITIVE.., form)
 }
 
 /// Returns a parser of whole numbers within limits.
@@ -360,12 +337,6 @@ pub fn parse_share(text: &str) -> Result<PictureShare, String> {
     }
 }
 
-/// Parses the fit of a picture whose aspect ratio differs from the camera's: `contain` or `cover`.
-pub fn parse_fit(text: &str) -> Result<AspectFit, String> {
-    let fits = [("contain", AspectFit::Contain), ("cover", AspectFit::Cover)];
-    parse_word(text, &fits)
-}
-
 /// Parses an exposure: stops, or `auto`.
 pub fn parse_exposure(text: &str) -> Result<ExposureChoice, String> {
     let auto = Some(ExposureChoice::Auto).filter(|_| text == "auto");
@@ -458,22 +429,11 @@ pub fn environment_parser() -> impl TypedValueParser<Value = EnvironmentSource> 
     })
 }
 
-/// Parses the ground of a studio, `auto` or `none`.
-pub fn parse_ground(text: &str) -> Result<GroundRule, String> {
-    let rules = [("auto", GroundRule::Auto), ("none", GroundRule::None)];
-    parse_word(text, &rules)
-}
-
 /// Material that replaces the material of every surface, from `--material`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MaterialChoice {
     /// A matte neutral grey.
     Clay,
-}
-
-/// Parses the name of a material, `clay`.
-pub fn parse_material(text: &str) -> Result<MaterialChoice, String> {
-    parse_word(text, &[("clay", MaterialChoice::Clay)])
 }
 
 /// Backdrop of a studio, from `--backdrop`.
@@ -490,7 +450,7 @@ pub enum BackdropChoice {
 
 impl BackdropChoice {
     /// All backdrops with their names.
-    const NAMED: [(&'static str, Self); 3] = [
+    pub const NAMED: [(&'static str, Self); 3] = [
         ("auto", Self::Auto),
         ("dark", Self::Dark),
         ("light", Self::Light),
@@ -504,11 +464,6 @@ impl BackdropChoice {
             Self::Light => Some(Studio::LIGHT_BACKDROP),
         }
     }
-}
-
-/// Parses the name of a backdrop, `auto`, `dark` or `light`.
-pub fn parse_backdrop(text: &str) -> Result<BackdropChoice, String> {
-    parse_word(text, &BackdropChoice::NAMED)
 }
 
 /// Parses the name of an effect that can be switched off, with hyphens in place of blanks.

@@ -325,7 +325,7 @@ impl RungChoices {
 }
 
 /// Refuses a `--rung` for a ladder whose setting another given flag, such as `--spp`, sets too.
-pub(super) fn refuse_contradicting_flags(
+fn refuse_contradicting_flags(
     rungs: &[RungChoice],
     overrides: &DisplayOverrides,
 ) -> Result<(), Failure> {

@@ -483,11 +483,7 @@ struct ProgressLine {
 
 impl FilmRender<'_> {
     /// Formats the progress as a line of JSON for `--progress json`.
-    pub(super) fn format_progress_line(
-        &self,
-        progress: &Progress,
-        error: Option<Uncertainty>,
-    ) -> String {
+    fn format_progress_line(&self, progress: &Progress, error: Option<Uncertainty>) -> String {
         let ([picture, pictures], (seconds, left)) =
             (progress.work_piece_counts(), progress.elapsed_and_left());
         let samples = self.kept_film.film.sample_range(&self.part);
