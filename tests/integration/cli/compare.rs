@@ -271,7 +271,6 @@ fn the_display_is_the_files_own() {
 #[test]
 fn coverage_is_beyond_thresholds() {
     use raywright::core::display::Display;
-    use raywright::core::display::Display;
     use raywright::core::picture::Picture;
     use raywright::io::output::{PictureMetadata, write_picture};
     let sandbox = Sandbox::new();
@@ -327,7 +326,6 @@ fn coverage_is_beyond_thresholds() {
 /// alpha, even in partly covered pixels.
 #[test]
 fn partly_covered_pictures_are_their_own_display_pictures() {
-    use raywright::core::display::Display;
     use raywright::core::display::Display;
     use raywright::core::picture::Picture;
     use raywright::io::output::{PictureMetadata, write_picture};
@@ -550,7 +548,6 @@ fn numbers_that_are_none_pass_no_threshold() {
 /// shares are in percent of all pixels.
 #[test]
 fn the_table_has_the_figures() {
-    use raywright::core::display::Display;
     use raywright::core::display::Display;
     use raywright::core::picture::Picture;
     use raywright::io::output::{PictureMetadata, write_picture};

@@ -119,7 +119,7 @@ fn boxes_have_all_their_primitives() {
                 some += usize::from(!expected.is_empty());
                 instances += usize::from(expected.iter().any(|entry| entry.1 == u32::MAX));
                 assert_eq!(
-                    tree.visit_box(&bounds, &mut |..| true),
+                    tree.visit_box(&bounds, &mut |_, _, _| true),
                     !expected.is_empty()
                 );
                 let ray = Ray::new(rng.point(), rng.direction());

@@ -26,7 +26,7 @@ pub fn aov_parser() -> impl TypedValueParser<Value = Aov> {
 
 /// Error for a name that is no variant of an enum. The field holds the names of all variants.
 #[derive(Debug)]
-struct RefusedVariant(&'static [&'static str]);
+pub(crate) struct RefusedVariant(&'static [&'static str]);
 
 impl fmt::Display for RefusedVariant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -126,9 +126,12 @@ fn sketches_lose_noise_and_keep_edges() {
         "{}",
         total(&sketched) / expected
     );
-    let mut bare = film.clone();
-    bare.plan.layers = Vec::new().into();
-    assert!(sketch(&bare).is_none());
+    let settings = Settings {
+        size: [8, 8],
+        ..Settings::from_scene(&Scene::default())
+    };
+    let ready = prepare(&Scene::default(), &settings, &()).expect("an empty scene");
+    assert!(sketch(&ready.new_film("")).is_none());
 }
 
 /// Protects: directly visible lamps and skies lose their noise too, and texture as strong as the

@@ -229,7 +229,7 @@ fn the_page_comes_before_the_scene() {
     sandbox.write("bad.obj", "f 1 2 3\n");
     let run = sandbox.run(&["view", "bad.obj", "--no-open"]);
     run.exits_with(3).prints_like("bad.obj");
-    assert_eq!(run.stdout, "");
+    assert!(run.stdout.is_empty());
 }
 
 /// Protects: a scene changed on disk is rendered again from the current camera; an error of the

@@ -439,7 +439,7 @@ mod tests {
     /// that lists the known ones.
     #[test]
     fn endings_say_what_is_written() {
-        let report = text::tests::report();
+        let report = text_tests::report();
         let start = |name: &str| {
             let text = select_by_extension(Path::new(name), &FORMATS).expect("a format")(&report);
             text.trim_start_matches(['<', '!', '{', '\n', ' '])
@@ -464,7 +464,7 @@ mod tests {
     /// more than are known always does.
     #[test]
     fn known_results_fail_when_strict() {
-        let mut report = text::tests::report();
+        let mut report = text_tests::report();
         assert!(check_bounds(&report, true).is_ok());
         (
             report.cases[0].settings[1].wrong,
@@ -479,7 +479,7 @@ mod tests {
 }
 
 #[cfg(test)]
-pub(super) mod text_tests {
+mod text_tests {
     use super::*;
     use crate::commands::stability::{FormulaCost, SettingResult};
 
@@ -592,8 +592,8 @@ pub(super) mod text_tests {
 
 #[cfg(test)]
 mod page_tests {
+    use super::text_tests::report;
     use super::*;
-    use crate::commands::stability::text::tests::report;
 
     /// Protects: a case has a single line with its least margin in each precision, and shows
     /// results beyond the bound; the page has plot, table and notes.
