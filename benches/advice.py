@@ -47,6 +47,11 @@ def follow(a, spec, budget):
         return 0, 0, 0
     report = json.loads(run.stdout)
     (a.folder / f'{name}-{budget}.json').write_text(run.stdout)
+    settings = report['settings']
+    in_use = {ladder['ladder']: ladder['in_use'] for ladder in report['ladders']}
+    if in_use.get('reconstruction') == 'denoised':
+        # An EXR file of a model keeps its noise unless a flag says otherwise.
+        own = [f"--rung samples={in_use['samples']}", '--rung reconstruction=denoised']
     exact = [rung for rung in report['reference']['rungs'] if not rung.startswith(('--spp', '--rung samples', '--rung precision'))]
     kind = f"{zlib.crc32(' '.join(exact).encode()):08x}"
     truths = [a.folder / f'{name}-truth{k}-{kind}.exr' for k in (1, 2)]
@@ -55,17 +60,16 @@ def follow(a, spec, budget):
             subprocess.run([a.program, 'render', *base, *flags(exact), '--spp', str(a.truth // 2), '--seed', str(900001 + k), '-q', '-o', truth], check=True)
     one, other = (channels(truth, 'RGB') for truth in truths)
     weight = 1 / ((np.maximum(one + other, 0) / 2) ** 2 + .01)
-    advice = report.get('recommendations') or report['answer']
-    advised = [('in use', [], report['own'])]
+    advice = {what: told and settings[told['row']] for what, told in report['recommendations'].items()}
+    advised = [('in use', [], settings[0])]
     for what in ('half_the_error', 'same_error'):
         if advice[what] and advice[what]['flags'] not in [rungs for _, rungs, _ in advised]:
-            advised.append((what.split('_')[0], advice[what]['flags'], advice[what]['measured']))
-    rows = [('rung', [rung['flag']], rung['measured']) for ladder in report['ladders'] for rung in ladder['rungs'] if rung['flag']]
-    rows += [('front', row['flags'], row['measured']) for row in report['frontier'] + report['combinations']]
+            advised.append((what.split('_')[0], advice[what]['flags'], advice[what]))
+    rows = [('front' if row in report['frontier'] else 'rung', told['flags'], told) for row, told in enumerate(settings)]
     unknown = 0
     for what, rungs, told in rows:
-        # Filters have truths of their own, and the trees one picture.
-        if not told or rungs in [others for _, others, _ in advised] or any(word in rung for rung in rungs for word in ('pixel-filter', 'build=', 'accelerator=')): continue
+        # Filters have truths of their own.
+        if rungs in [others for _, others, _ in advised] or any('pixel-filter' in rung for rung in rungs): continue
         if not told['errors']['root_relmse']['known']: unknown += 1; continue
         if next((int(rung.split('=')[1]) for rung in rungs if rung.startswith('--rung samples=')), int(spp or 64)) <= a.rows: advised.append((what, rungs, told))
     store = a.folder / f'{name}-renders-{kind}.json'
@@ -77,7 +81,7 @@ def follow(a, spec, budget):
             if key in renders: continue
             scratch = a.folder / 'scratch.exr'
             subprocess.run([a.program, 'render', *base, *flags(joined(own, rungs)), '--seed', str(7000 + turn), '-o', scratch, '--stats', a.folder / 'stats.json', '-q'], check=True)
-            picture = channels(scratch, 'denoised' if any('denoised' in rung for rung in rungs) else 'RGB')
+            picture = channels(scratch, 'denoised' if any('denoised' in rung for rung in joined(own, rungs)) else 'RGB')
             renders[key] = [((picture - one) * (picture - other) * weight).mean(), picture.sum() / ((one + other) / 2).sum() - 1,
                             json.loads((a.folder / 'stats.json').read_text())['seconds']['render_cpu']]
             store.write_text(json.dumps(renders))
@@ -100,8 +104,8 @@ def follow(a, spec, budget):
         if what in true:
             is_right = true[what][0] <= most * true['in use'][0] and (what == 'half' or true[what][1] < true['in use'][1])
             verdict.append(f"{what} {'right' if is_right else 'WRONG'}: {true[what][0] / true['in use'][0]:.2f} of the error, {true[what][1] / true['in use'][1]:.2f} x the time")
-    at_most = root(report['own']['errors']['root_relmse'])[0] * .55
-    if not advice['half_the_error'] and any(root(row['measured']['errors']['root_relmse'])[0] <= at_most for row in report['frontier']):
+    at_most = root(settings[0]['errors']['root_relmse'])[0] * .55
+    if not advice['half_the_error'] and any(root(settings[row]['errors']['root_relmse'])[0] <= at_most for row in report['frontier']):
         verdict.append('half WRONG: the table has it, and the sentence does not')
     print(f"| {name} | {budget} | | {sum(held)} of {len(held)} known rows hold, {unknown} not known; {'; '.join(verdict) or 'no advice'}; "
           f"{report['tiles']['measured']} of {report['tiles']['all']} tiles, {wall:.1f} s |", flush=True)

@@ -202,7 +202,7 @@ class Words(Files):
         self.assertEqual(scene.explain(), json.loads(program("explain", "preset:cornell", "--json").stdout))
         report = rw.load(TRIANGLE).accuracy(budget=10, size=(8, 8))
         self.assertIn("--size=8x8", report["command"])
-        self.assertTrue(report["ladders"] and report["own"])
+        self.assertTrue(report["ladders"] and report["settings"])
         pair = [scene.render(seed=seed, layers="stderr", **SMALL) for seed in (1, 2)]
         compared = rw.compare(*pair, noise=True, max_rmse=0)
         self.assertEqual((compared["identical"], compared["noise"]["beyond"]), (False, 0))

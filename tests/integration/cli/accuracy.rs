@@ -1,4 +1,4 @@
-//! `accuracy`: contents of its table, JSON and CSV, equivalence of its flags with those of
+//! `accuracy`: contents of its table, JSON and page, equivalence of its flags with those of
 //! `render`, and its usage errors. No measured time is judged.
 
 use std::io::{BufRead, BufReader};
@@ -60,14 +60,12 @@ fn every_rung_has_a_row() {
         "of CPU time",
         "measured at the size of the render, 16x12 pixels: the whole picture",
         "reference picture: double precision (f64)",
-        "standard error",
-        "  robust *",
+        "its own error",
+        "precision (in use: robust)",
         "  reference ",
-        "  4 *",
+        "samples (in use: 4)",
         "  1024 ",
         "Without effect on this scene, and not measured: integrator, light-sampling, sky-choice, fresnel, microfacets, colour, texture-filter",
-        "Effects of the scene",
-        "\nmirror reflection",
         "Worth their time",
     ] {
         assert!(text.contains(words), "no `{words}` in\n{text}");
@@ -119,12 +117,13 @@ fn reports_fit_the_terminal() {
     }
 }
 
-/// Protects: JSON and CSV have the same figures; each setting on the frontier can be rendered with
-/// its listed flags.
+/// Protects: the JSON printed and that in a file are the same, each setting stands in it once, the
+/// frontier and the recommendations are rows of it, and each setting on the frontier can be rendered
+/// with its listed flags.
 #[test]
 fn files_hold_the_figures() {
     let sandbox = sandbox();
-    let run = sandbox.run(&quick(&["--json", "-o", "a.csv", "-o", "b.json", "-q"]));
+    let run = sandbox.run(&quick(&["--json", "-o", "b.json", "-q"]));
     run.exits_with(0).prints("");
     let json: Value = serde_json::from_str(run.text()).expect("JSON");
     let file: Value =
@@ -133,120 +132,27 @@ fn files_hold_the_figures() {
     assert_eq!(json, file);
     assert_eq!(
         (&json["format"], &json["scene"], &json["size"]),
-        (&6.into(), &"ball.scene.toml".into(), &vec![16, 12].into())
+        (&7.into(), &"ball.scene.toml".into(), &vec![16, 12].into())
     );
-    let list = |of: &str| {
-        json[of]
-            .as_array()
-            .cloned()
-            .unwrap_or_else(|| panic!("no {of}"))
-    };
-    let rungs = |of: &str| {
-        list(of)
-            .iter()
-            .map(|ladder| ladder["rungs"].as_array().map_or(0, Vec::len))
-            .sum::<usize>()
-    };
-    let effects = json["costs"]["effects"]
-        .as_array()
-        .expect("effects")
-        .clone();
-    let frontier = list("frontier");
-    let csv = std::fs::read_to_string(sandbox.path("a.csv")).expect("a file");
-    let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
-    let rows = rungs("ladders")
-        + list("outputs").len()
-        + effects.len()
-        + frontier.len()
-        + list("combinations").len();
-    assert_eq!(lines.len(), 2 + rows, "{csv}");
-    assert!(
-        lines.iter().all(|line| line.len() == lines[0].len()),
-        "{csv}"
-    );
-    let figure = |ladder: &str, rung: &str, column: &str| {
-        let line = lines
-            .iter()
-            .find(|line| line[0] == ladder && line[1] == rung)
-            .expect("a line");
-        line[lines[0]
-            .iter()
-            .position(|name| *name == column)
-            .expect("a column")]
-        .parse::<f64>()
-        .ok()
-    };
-    let same = |ladder: &str, rung: &Value, columns: &[(&str, &Value)]| {
-        for &(column, value) in columns {
-            assert!(value.is_number(), "{rung}, {column}");
-            let (found, reported) = (
-                figure(ladder, rung.as_str().expect("a name"), column),
-                value.as_f64().expect("a number"),
-            );
-            // JSON parsers may differ in the rounding of the last digit.
-            assert!(
-                found.is_some_and(|found| (found - reported).abs() <= 1e-15 * reported.abs()),
-                "{ladder} {rung}, {column}: {found:?}"
-            );
+    let settings = json["settings"].as_array().expect("settings");
+    assert!(settings[0]["flags"].as_array().is_some_and(Vec::is_empty));
+    for (row, setting) in settings.iter().enumerate() {
+        let others = settings[..row].iter();
+        assert!(others.clone().all(|of| of["flags"] != setting["flags"]));
+        for figure in ["seconds", "ratio", "error_ratio"] {
+            assert!(setting[figure]["known"].is_boolean(), "{setting}");
         }
+        assert!(setting["errors"]["root_relmse"]["value"].is_number());
+    }
+    let named = |of: &str| {
+        let precision = settings.iter().find(|row| row["flags"] == vec![of].into());
+        precision.is_some()
     };
-    let precision = list("ladders")
-        .into_iter()
-        .find(|ladder| ladder["ladder"] == "precision")
-        .expect("every scene reaches it");
-    let robust = &precision["rungs"][0];
-    let errors = &robust["measured"]["errors"];
-    same(
-        "precision",
-        &robust["rung"],
-        &[
-            ("rmse", &errors["rmse"]["value"]),
-            ("root_relmse_high", &errors["root_relmse"]["high"]),
-        ],
-    );
-    same(
-        "own",
-        &"".into(),
-        &[
-            ("seconds", &json["own"]["seconds"]["value"]),
-            ("rays", &json["own"]["rays"]),
-        ],
-    );
-    let priced = list("ladders");
-    let is_priced = |ladder: &&Value| {
-        ["build", "accelerator"]
-            .iter()
-            .any(|name| ladder["ladder"] == **name)
-    };
-    let priced: Vec<&Value> = priced.iter().filter(is_priced).collect();
-    assert_eq!(priced.len(), 2);
-    for ladder in priced {
-        for rung in ladder["rungs"].as_array().expect("rungs") {
-            let cost = &rung["cost"];
-            let columns = [
-                ("preparing_seconds", &cost["preparing"]),
-                ("geometry_bytes", &cost["geometry"]),
-            ];
-            same(
-                ladder["ladder"].as_str().expect("a name"),
-                &rung["rung"],
-                &columns,
-            );
-        }
-    }
-    for of in list("outputs") {
-        let columns = ["bytes_per_pixel", "rmse", "greatest", "flip", "clipped"]
-            .map(|column| (column, &of[column]));
-        same("output", &of["rung"], &columns);
-    }
-    for of in &effects {
-        let columns = [
-            ("seconds", &of["seconds_without"]["median"]),
-            ("ratio", &of["ratio"]["median"]),
-            ("rmse", &of["rmse"]),
-        ];
-        same("effect", &of["effect"], &columns);
-    }
+    assert!(named("--rung precision=reference") && !named("--rung precision=robust"));
+    let rows = json["frontier"].as_array().expect("rows").iter();
+    let frontier: Vec<&Value> = rows
+        .map(|row| &settings[row.as_u64().expect("a row") as usize])
+        .collect();
     for candidate in &frontier {
         let flags = candidate["flags"]
             .as_array()
@@ -305,15 +211,10 @@ fn the_page_stands_alone() {
     let names = page.matches("<img data-name=\"").count();
     assert!(names >= 3, "{names} magnified pictures");
     assert_eq!(page.matches("<br>error ").count(), names - 1);
-    // Ladders that change no picture have prices, each effect has its cost, and all rows of a table
-    // have the same width.
     for words in [
         "<p class=\"answer\">Setting in use: error ",
-        "<h2>Rungs that change no picture</h2>",
-        "<h2>Precision of the file formats</h2>",
-        "16-bit</td><td>6</td>",
-        "<td>mirror reflection</td><td>",
-        "<th>added time</th>",
+        "<td>samples (in use: 4)</td>",
+        "<h2>Rungs, changed one at a time</h2>",
     ] {
         assert!(page.contains(words), "no {words}");
     }
@@ -333,76 +234,6 @@ fn the_page_stands_alone() {
         "the title of the page and its heading"
     );
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
-}
-
-/// Protects: a reference is kept in a file and used by the next run; a film of another kind or
-/// scene is refused by name, and left unchanged.
-#[test]
-fn a_reference_is_kept() {
-    let sandbox = sandbox();
-    let words = quick(&["--reference", "ball.film"]);
-    let first = sandbox.run(&words);
-    first.exits_with(0);
-    assert!(
-        first
-            .text()
-            .contains("\nreference picture: double precision (f64)")
-            && first.stderr.contains("ball.film"),
-        "{}",
-        first.stderr
-    );
-    let kept = std::fs::read(sandbox.path("ball.film")).expect("a file");
-    let second = sandbox.run(&words);
-    second.exits_with(0);
-    assert!(
-        second
-            .text()
-            .contains("\nreference picture (of an earlier run): double precision (f64)"),
-        "{}",
-        second.text()
-    );
-    sandbox.write(
-        "other.scene.toml",
-        SCENE.replace("radius = 1", "radius = 2"),
-    );
-    let other = [
-        "accuracy",
-        "other.scene.toml",
-        "--size",
-        "16x12",
-        "--budget",
-        "10min",
-        "--reference",
-        "ball.film",
-    ];
-    let run = sandbox.run(&other);
-    run.exits_with(3);
-    assert!(
-        run.stderr.contains("ball.film") && run.stderr.contains("the scene differs"),
-        "{}",
-        run.stderr
-    );
-    assert!(std::fs::read(sandbox.path("ball.film")).expect("a file") == kept);
-    sandbox
-        .run(&[
-            "render",
-            "ball.scene.toml",
-            "--size",
-            "8x6",
-            "--spp",
-            "8",
-            "--checkpoint",
-            "render.film",
-            "-q",
-        ])
-        .exits_with(0);
-    let run = sandbox.run(&quick(&["--reference", "render.film"]));
-    run.exits_with(3);
-    assert!(
-        run.stderr.contains("the file is not a reference"),
-        "{}",
-        run.stderr
-    );
 }
 
 /// Protects: an unwritable output, an unreadable input and an unmeasurable setting are reported
@@ -428,7 +259,7 @@ fn mistakes_are_said_at_once() {
     );
     refused(&["accuracy", "none.scene.toml"], 4, "none.scene.toml");
     refused(
-        &["accuracy", "ball.scene.toml", "-o", "a.csv", "-o", "a.csv"],
+        &["accuracy", "ball.scene.toml", "-o", "a.svg", "-o", "a.svg"],
         2,
         "twice",
     );
@@ -492,7 +323,7 @@ fn a_black_picture_has_no_error() {
     );
     let report = std::fs::read(sandbox.path("a.json")).expect("a report");
     let report: Value = serde_json::from_slice(&report).expect("JSON");
-    let error = &report["own"]["errors"]["root_relmse"];
+    let error = &report["settings"][0]["errors"]["root_relmse"];
     assert_eq!(
         (&error["known"], &report["doubt"]),
         (&false.into(), &"nearly-black".into())
@@ -535,19 +366,39 @@ fn a_short_budget_is_kept_and_gives_a_report() {
     let report: Value =
         serde_json::from_slice(&std::fs::read(sandbox.path("a.json")).expect("a report"))
             .expect("JSON");
-    let samples = &report["ladders"][0];
-    assert_eq!(samples["ladder"], "samples");
-    let known = samples["rungs"]
-        .as_array()
-        .expect("rungs")
-        .iter()
-        .filter(|rung| !rung["measured"].is_null())
-        .count();
-    assert!(
-        known >= 1 && report["own"]["renders"].as_u64() >= Some(1),
-        "{}",
-        run.text()
+    assert_eq!(report["ladders"][0]["ladder"], "samples");
+    let settings = report["settings"].as_array().expect("settings");
+    assert!(settings.len() > 1, "{}", run.text());
+}
+
+/// Protects: `accuracy` of a model measures what `render` of it does by default, 16 samples denoised,
+/// and its commands give other samples and the noisy picture as `render` takes them.
+#[test]
+fn models_are_measured_as_they_are_rendered() {
+    let sandbox = Sandbox::new();
+    sandbox.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let words = ["accuracy", "a.obj", "--size", "32x24", "--budget", "10min"];
+    let run = sandbox.run(&[&words[..], &["--rounds", "2", "--json", "-q"]].concat());
+    run.exits_with(0);
+    let report: Value = serde_json::from_str(run.text()).expect("JSON");
+    let in_use = |ladder: &str| {
+        let ladders = report["ladders"].as_array().expect("ladders").iter();
+        let mut found = ladders.filter(|of| of["ladder"] == ladder);
+        found.next().expect("a ladder")["in_use"].clone()
+    };
+    assert_eq!(
+        [in_use("samples"), in_use("reconstruction")],
+        ["16", "denoised"]
     );
+    let settings = report["settings"].as_array().expect("settings");
+    let rows = |of: &str| {
+        settings
+            .iter()
+            .filter(|row| row["flags"] == vec![of].into())
+    };
+    assert_eq!(rows("--rung reconstruction=unbiased").count(), 1);
+    // A rung is measured beside a denoised picture, too.
+    assert_eq!(rows("--rung path-length=2").count(), 1);
 }
 
 /// Protects: Ctrl-C ends a measurement with a report of its figures so far: printed, and in a file
@@ -596,6 +447,6 @@ fn an_interrupted_measurement_keeps_what_it_has() {
     let report: Value =
         serde_json::from_slice(&std::fs::read(sandbox.path("a.partial.json")).expect("a report"))
             .expect("JSON");
-    assert!(report["own"]["renders"].as_u64() >= Some(1) && report["cut_short"] == true);
+    assert!(!report["settings"].is_null() && report["cut_short"] == true);
     assert!(String::from_utf8_lossy(&output.stdout).contains("as it is"));
 }

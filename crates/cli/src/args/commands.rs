@@ -474,10 +474,6 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = values::whole_number::<u32>(2..=1000))]
     pub rounds: u32,
 
-    /// Keep the reference picture in this file or, if the file exists, compare with its picture
-    #[arg(long, value_name = "FILE")]
-    pub reference: Option<PathBuf>,
-
     /// Number of threads, at most one for each processor [default: one for each processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::whole_number::<u32>(1..=1024))]
     pub threads: Option<u32>,
@@ -491,7 +487,7 @@ pub struct AccuracyArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Also write the report: .html (a page with plot and table), .csv, .json or .svg (the plot);
+    /// Also write the report: .html (a page with plot and table), .json or .svg (the plot);
     /// may be repeated
     #[arg(short = 'o', long, value_name = "FILE", action = clap::ArgAction::Append)]
     pub output: Vec<PathBuf>,

@@ -50,7 +50,7 @@ pub fn run(mut session: Session, args: &ExplainArgs) -> Result<(), Failure> {
                     .map(OpeningSearch::format)
                     .unwrap_or_default()
                 + &costs
-                    .map(|costs| effect_section(Some(&costs), report, false))
+                    .map(|costs| effect_section(&costs))
                     .map(|section| section.to_text(console::line_width()))
                     .unwrap_or_default()
         }

@@ -165,6 +165,11 @@ impl RenderTask {
         })
     }
 
+    /// Whether a flag says that the picture keeps its noise.
+    pub fn keeps_noise(&self) -> bool {
+        self.overrides.light.no_denoise || self.choices.has_ladder(Ladder::Reconstruction)
+    }
+
     /// Returns the layers to render: those asked for, and the lines of `--edges`.
     fn layers_with_edges(&self) -> Vec<Aov> {
         let mut layers = self.layers.clone();

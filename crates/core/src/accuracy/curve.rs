@@ -22,20 +22,20 @@ pub(super) struct Claim {
     pub samples: u32,
     /// Number of replicates.
     pub replicates: u32,
-    /// Claimed root mean squared error: relative, or in radiance.
+    /// Claimed root relMSE.
     pub error: ErrorEstimate,
     pub doubt: Option<EstimateDoubt>,
 }
 
 impl Claim {
-    /// Returns the claims of a picture: relative, and in radiance.
-    pub fn from_uncertainty(samples: u32, of: &Uncertainty) -> [Self; 2] {
-        [of.root_relmse, of.rmse].map(|error| Self {
+    /// Returns the claim of a picture.
+    pub fn from_uncertainty(samples: u32, of: &Uncertainty) -> Self {
+        Self {
             samples,
             replicates: of.replicates,
-            error,
+            error: of.root_relmse,
             doubt: of.doubt,
-        })
+        }
     }
 
     fn samples_of_replicate(&self) -> f64 {
@@ -135,12 +135,18 @@ impl NoiseCurve {
     }
 
     /// Returns the ratio of the squared errors of two numbers of samples, which is known better than
-    /// either.
+    /// either. Where one of them is not known, no picture has the ratio of the law: errors of 16 samples
+    /// of lamps of a pixel differed by a factor of 3 from seed to seed
+    /// (`benches/runs/2026-12-01-claims.md`).
     pub fn ratio(&self, samples: u32, other: u32) -> ConfidenceInterval {
         if samples == other {
             return ConfidenceInterval::from_exact(1.0);
         }
-        let [above, below] = [samples, other].map(|samples| self.square(samples).value);
+        let squares = [samples, other].map(|samples| self.square(samples));
+        if !squares.iter().all(|of| of.map(f64::sqrt).is_known()) {
+            return ConfidenceInterval::UNKNOWN;
+        }
+        let [above, below] = squares.map(|square| square.value);
         let distance = libm::log(f64::from(samples) / f64::from(other)).abs();
         ConfidenceInterval::from_logarithm(above / below, EXPONENT_ERROR * distance)
     }
@@ -276,27 +282,23 @@ mod tests {
         let missed = NoiseCurve::new(vec![claim(4, 0.05), claim(64, 0.1)]).expect("claims");
         assert!(!missed.square(1).map(f64::sqrt).is_known());
         let known = |doubt: EstimateDoubt| {
-            let doubt = Some(doubt);
             let doubted = Claim {
-                doubt,
+                doubt: Some(doubt),
                 ..claim(64, 0.1)
             };
             let curve = NoiseCurve::new(vec![doubted]).expect("a claim");
-            let (square, ratio) = (curve.square(64), curve.ratio(256, 64));
-            [
-                square.map(f64::sqrt).is_known(),
-                (ratio.value - 0.25).abs() < 0.04,
-            ]
+            let known = curve.square(64).map(f64::sqrt).is_known();
+            assert_eq!(curve.ratio(256, 64).is_known(), known, "{doubt:?}");
+            known
         };
-        // What a picture may have missed more samples miss in proportion.
         for doubt in [
             EstimateDoubt::LightByChance,
             EstimateDoubt::FewPixels,
             EstimateDoubt::WideInterval,
+            EstimateDoubt::NearlyBlack,
         ] {
-            assert_eq!(known(doubt), [false, true], "{doubt:?}");
+            assert!(!known(doubt), "{doubt:?}");
         }
-        assert_eq!(known(EstimateDoubt::NearlyBlack), [false; 2]);
-        assert_eq!(known(EstimateDoubt::FewSamples), [true; 2]);
+        assert!(known(EstimateDoubt::FewSamples));
     }
 }

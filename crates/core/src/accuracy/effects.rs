@@ -7,7 +7,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::ProgressListener;
-use super::renderer::{ClockFunction, FilmRequest, SettingRenderer, TimedFilm, none_if_cancelled};
+use super::renderer::{FilmRequest, SettingRenderer, TimedFilm, none_if_cancelled};
 use super::setting::RungSetting;
 use super::trial::mean_and_variance;
 use crate::bench::SampleQuantiles;
@@ -21,9 +21,8 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Number of rounds for each effect: pairs of a render with the effect and a render without it. The
-/// encodings of output formats are timed as often.
-pub(super) const ROUNDS: u64 = 3;
+/// Number of rounds for each effect: pairs of a render with the effect and a render without it.
+const ROUNDS: u64 = 3;
 /// Width in pixels of the trial render, or the width of the picture if that is less. The size of
 /// all further renders follows from the time of this render.
 const LEAST_WIDTH: f64 = 40.0;
@@ -81,7 +80,6 @@ pub fn measure_effects(
         scene,
         observer,
         stopwatch: time_on_process,
-        now: &Instant::now,
         start: Instant::now(),
         budget,
     };
@@ -94,13 +92,12 @@ pub fn measure_effects(
 }
 
 /// Measurement of effects within a time budget.
-pub(super) struct EffectBench<'a> {
-    pub scene: &'a Scene,
-    pub observer: &'a dyn Observer,
-    pub stopwatch: Stopwatch,
-    pub now: ClockFunction<'a>,
-    pub start: Instant,
-    pub budget: Duration,
+struct EffectBench<'a> {
+    scene: &'a Scene,
+    observer: &'a dyn Observer,
+    stopwatch: Stopwatch,
+    start: Instant,
+    budget: Duration,
 }
 
 impl EffectBench<'_> {
@@ -109,7 +106,7 @@ impl EffectBench<'_> {
     ///
     /// # Errors
     /// A render that cannot be prepared, and [`PrepareError::Cancelled`].
-    pub fn measure_costs(
+    fn measure_costs(
         &self,
         settings: &Settings,
         listener: &mut dyn ProgressListener,
@@ -136,7 +133,7 @@ impl EffectBench<'_> {
             let mut pairs: Vec<[TimedFilm; 2]> = Vec::new();
             for round in 0..ROUNDS {
                 let share =
-                    ((self.now)() - self.start).as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
+                    self.start.elapsed().as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
                 let label = format!("rendering without {}", effect.name());
                 listener.report_step(&label, share.min(1.0));
                 let render = |settings| none_if_cancelled(self.render_round(settings, round));
@@ -165,14 +162,14 @@ impl EffectBench<'_> {
 
     /// Prepares and renders the whole picture. `round` selects the random numbers.
     fn render_round(&self, settings: &Settings, round: u64) -> Result<TimedFilm, PrepareError> {
-        let clocks = (self.stopwatch, self.now);
+        let now = &Instant::now;
+        let clocks = (self.stopwatch, now as _);
         SettingRenderer::new(self.scene, settings, self.observer, clocks).render_film(
             &FilmRequest {
                 setting: &RungSetting::default(),
                 round,
                 tiles: None,
                 denoises: false,
-                prepares: true,
                 end: self.start + self.budget,
             },
         )
@@ -196,10 +193,10 @@ impl EffectBench<'_> {
             size: scaled(minimum),
             ..settings.clone()
         };
-        let before = (self.now)();
+        let before = Instant::now();
         self.render_round(&small, 0)?;
         let renders = 2.0 * ROUNDS as f64 * effects.max(1) as f64;
-        let all = ((self.now)() - before).as_secs_f64() * renders;
+        let all = before.elapsed().as_secs_f64() * renders;
         let growth = (0.8 * self.budget.as_secs_f64() / all).sqrt();
         Ok(scaled(minimum * growth.clamp(1.0, 1.0 / minimum)))
     }

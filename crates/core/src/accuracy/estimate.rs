@@ -151,13 +151,11 @@ impl ConfidenceInterval {
     }
 }
 
-/// Errors of a setting over the whole picture: differences in linear radiance from the exact
-/// picture, averaged over pixels and channels.
+/// Errors of a setting over the whole picture: differences from the exact picture, averaged over
+/// pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(into = "RootErrors")]
 pub struct SettingErrors {
-    /// Root mean squared error.
-    pub rmse: ConfidenceInterval,
     /// Mean of (I − R)² / (R² + 0.01) for picture I and exact picture R.
     pub relmse: ConfidenceInterval,
     /// Part of `relmse` that more samples do not reduce. `None` if it is unknown.
@@ -169,7 +167,6 @@ pub struct SettingErrors {
 /// Errors of a setting as files report them: the roots of the mean squares.
 #[derive(Serialize)]
 struct RootErrors {
-    rmse: ConfidenceInterval,
     root_relmse: ConfidenceInterval,
     bias: Option<ConfidenceInterval>,
     light: ConfidenceInterval,
@@ -178,7 +175,6 @@ struct RootErrors {
 impl From<SettingErrors> for RootErrors {
     fn from(errors: SettingErrors) -> Self {
         Self {
-            rmse: errors.rmse,
             root_relmse: errors.relmse.map(f64::sqrt),
             bias: errors.bias.map(|bias| bias.map(f64::sqrt)),
             light: errors.light,

@@ -1,9 +1,9 @@
 //! Figures of settings as functions of the trials: time, error, bias and light.
 //!
 //! The squared error of a setting is r·V(n) + b. V(n) is the squared error of noise of the setting
-//! in use with n samples, from the claims of whole pictures. r is the noise of the setting's other
-//! rungs over that of the baseline, on the same tiles and with as many samples. b is the squared
-//! bias, from differences to the exact picture with the same random numbers.
+//! in use with n samples, from the claims of whole pictures, noisy or denoised. r is the noise of the
+//! setting's other rungs over that of the baseline, on the same tiles and with as many samples. b is
+//! the squared bias, from differences to the exact picture with the same random numbers.
 
 use super::curve::{Claim, NoiseCurve};
 use super::estimate::{ConfidenceInterval, RESOLUTION, SettingErrors, ratio_of_sums};
@@ -11,7 +11,7 @@ use super::renderer::REPLICATES;
 use super::report::MeasuredSetting;
 use super::setting::RungSetting;
 use super::study::Study;
-use super::trial::{ABSOLUTE, Job, RELATIVE, Region, TileSums, Trial, mean_bias};
+use super::trial::{Region, TileSums, Trial, mean_bias};
 use crate::film::EstimateDoubt;
 use crate::ladder::Ladder;
 use crate::settings::default_replicates;
@@ -43,21 +43,21 @@ impl<'s> Figures<'s> {
         rounds.flatten().map(|(own, other)| [own, other]).collect()
     }
 
-    /// Returns two sums of each tile of a setting, in all rounds.
-    fn tile_sums(&self, setting: &RungSetting, sums: fn(&TileSums) -> [f64; 2]) -> Vec<[f64; 2]> {
+    /// Returns the sums of errors of a setting's tiles in all rounds.
+    fn tile_sums(&self, setting: &RungSetting) -> Vec<&TileSums> {
         let pairs = self.paired_sums(setting, setting).into_iter();
-        pairs.map(|[own, _]| sums(own)).collect()
+        pairs.map(|[own, _]| own).collect()
     }
 
     /// Returns the curve of noise of the setting in use; `None` without a claim.
-    fn noise_curve(&self, of: usize) -> Option<NoiseCurve> {
+    fn noise_curve(&self) -> Option<NoiseCurve> {
         let settings = self.study.space.sample_settings();
         let claims = settings.iter().flat_map(|setting| {
             let samples = self.study.space.sample_count(setting);
             let claims = self
                 .trials(setting, Region::Whole)
                 .filter_map(|trial| trial.claim);
-            claims.map(move |claim| Claim::from_uncertainty(samples, &claim)[of])
+            claims.map(move |claim| Claim::from_uncertainty(samples, &claim))
         });
         NoiseCurve::new(claims.collect())
     }
@@ -78,21 +78,30 @@ impl<'s> Figures<'s> {
         denoised.map_or(trial.claim, |of| Some(of.claim))?.doubt
     }
 
-    /// Returns the squared error of noise of the setting in use with another number of samples.
-    fn noise(&self, samples: u32, of: usize) -> ConfidenceInterval {
+    /// Returns the squared error of noise of the setting in use with the samples of another setting,
+    /// denoised if that is; `None` if no denoised picture tells it.
+    fn noise(&self, setting: &RungSetting) -> Option<ConfidenceInterval> {
         let space = &self.study.space;
+        let samples = space.sample_count(setting);
+        if space.is_denoised(setting) {
+            let output = self.denoised_trial(setting)?.denoised.as_ref()?;
+            let mut claim = Claim::from_uncertainty(samples, &output.claim);
+            // Noise that a filter spread over blocks hardly depends on the seed.
+            claim.error.carriers = f64::INFINITY;
+            return Some(claim.square());
+        }
         let is_noiseless = self.study.table.iter().any(|Trial { job, is_random, .. }| {
             job.region == Region::Whole && !is_random && !space.is_fixed(&job.setting)
         });
-        match self.noise_curve(of) {
+        Some(match self.noise_curve() {
             Some(curve) => curve.square(samples),
             None if is_noiseless => ConfidenceInterval::from_exact(0.0),
             None => ConfidenceInterval::UNKNOWN,
-        }
+        })
     }
 
     /// Returns the ratio of the squared noise of a setting on tiles to that of the baseline.
-    fn noise_ratio(&self, setting: &RungSetting, samples: u32, of: usize) -> ConfidenceInterval {
+    fn noise_ratio(&self, setting: &RungSetting, samples: u32) -> ConfidenceInterval {
         let baseline = self.study.space.general_baseline();
         let Some(baseline) = baseline.filter(|baseline| baseline != setting) else {
             return ConfidenceInterval::from_exact(1.0);
@@ -101,7 +110,7 @@ impl<'s> Figures<'s> {
         if pairs.is_empty() {
             return ConfidenceInterval::UNKNOWN;
         }
-        let terms = pairs.iter().map(|pair| pair.map(|sums| sums.noise[of]));
+        let terms = pairs.iter().map(|pair| pair.map(|sums| sums.noise));
         let ratio = ratio_of_sums(&terms.collect::<Vec<_>>());
         if setting.rung(Ladder::Sampler).is_none() {
             return ratio;
@@ -115,95 +124,79 @@ impl<'s> Figures<'s> {
     }
 
     /// Returns the squared bias of a setting on tiles; `None` without a trial.
-    fn bias(&self, setting: &RungSetting, of: usize) -> Option<ConfidenceInterval> {
-        let pairs = self.paired_sums(setting, setting);
-        let sums: Vec<&TileSums> = pairs.into_iter().map(|[own, _]| own).collect();
-        (!sums.is_empty()).then(|| mean_bias(&sums, of, self.study.tile_share()))
-    }
-
-    /// Returns the summed radiance of a setting's picture over that of the exact picture.
-    fn light(&self, setting: &RungSetting) -> ConfidenceInterval {
-        match self.tile_sums(setting, |sums| sums.light).as_slice() {
-            [] => ConfidenceInterval::UNKNOWN,
-            terms => ratio_of_sums(terms),
-        }
+    fn bias(&self, setting: &RungSetting) -> Option<ConfidenceInterval> {
+        let sums = self.tile_sums(setting);
+        (!sums.is_empty()).then(|| mean_bias(&sums, self.study.tile_share()))
     }
 
     /// Returns time and errors of a setting; `None` if no trial tells them.
     pub fn summarise(&self, setting: &RungSetting) -> Option<MeasuredSetting> {
-        let tile = self.study.space.tile_setting(setting)?;
-        let errors = match self.study.space.is_denoised(setting) {
-            true => self.denoised_errors(setting)?,
-            false => self.noisy_errors(setting, &tile)?,
-        };
-        let (seconds, ratio, rays) = self.cost(setting)?;
-        let trials = self.study.table.iter();
+        let errors = self.errors(setting)?;
+        let (seconds, ratio) = self.cost(setting)?;
         Some(MeasuredSetting {
-            renders: trials
-                .filter(|trial| trial.job.setting == tile)
-                .count()
-                .max(1),
+            setting: setting.clone(),
             seconds,
             ratio,
-            rays,
             errors,
+            error_ratio: self.error_ratio(setting, &errors),
         })
     }
 
-    /// Returns the errors of a setting that denoises, from the claim of its whole picture.
-    fn denoised_errors(&self, setting: &RungSetting) -> Option<SettingErrors> {
-        let output = self.denoised_trial(setting)?.denoised.as_ref()?;
-        let claims = Claim::from_uncertainty(self.study.space.sample_count(setting), &output.claim);
-        // Noise that a filter spread over blocks hardly depends on the seed.
-        let [relmse, mse] = claims.map(|mut claim| {
-            claim.error.carriers = f64::INFINITY;
-            claim.square()
-        });
+    /// Returns the errors of a setting.
+    fn errors(&self, setting: &RungSetting) -> Option<SettingErrors> {
+        let tile = self.study.space.tile_setting(setting)?;
+        let light: Vec<_> = self.tile_sums(&tile).iter().map(|of| of.light).collect();
+        let light = match light.is_empty() {
+            true => ConfidenceInterval::UNKNOWN,
+            false => ratio_of_sums(&light),
+        };
+        let is_denoised = self.study.space.is_denoised(setting);
+        let trial = self.denoised_trial(setting).filter(|_| is_denoised);
+        let change = trial.and_then(|trial| Some(1.0 + trial.denoised.as_ref()?.light_change));
+        let is_baseline = self.study.space.general_baseline().as_ref() == Some(&tile);
         Some(SettingErrors {
-            rmse: mse.map(f64::sqrt),
-            relmse,
-            bias: None,
-            light: ConfidenceInterval::from_exact(1.0 + output.light_change),
+            relmse: self.square(setting, self.noise(setting)?, 1.0)?,
+            bias: self.bias(&tile),
+            light: match change {
+                Some(change) if is_baseline => ConfidenceInterval::from_exact(change),
+                Some(change) => light.map(|light| light * change),
+                None => light,
+            },
         })
     }
 
-    /// Returns the errors of a setting that does not denoise. `tile` is its setting on tiles.
-    fn noisy_errors(&self, setting: &RungSetting, tile: &RungSetting) -> Option<SettingErrors> {
-        let square = |of: usize| self.square(setting, tile, of, &|n| self.noise(n, of), 1.0);
-        Some(SettingErrors {
-            rmse: square(ABSOLUTE)?.map(f64::sqrt),
-            relmse: square(RELATIVE)?,
-            bias: self.bias(tile, RELATIVE),
-            light: self.light(tile),
-        })
-    }
-
-    /// Returns the squared error of a setting that does not denoise, in multiples of `unit`. `tile` is
-    /// its setting on tiles, and `noise` the squared noise of the setting in use for each number of
-    /// samples, in that unit.
+    /// Returns the squared error of a setting in multiples of `unit`. `noise` is the squared noise of
+    /// the setting in use with as many samples, in that unit.
     fn square(
         &self,
         setting: &RungSetting,
-        tile: &RungSetting,
-        of: usize,
-        noise: &dyn Fn(u32) -> ConfidenceInterval,
+        noise: ConfidenceInterval,
         unit: f64,
     ) -> Option<ConfidenceInterval> {
-        let bias = self.bias(tile, of).map(|bias| bias.map(|bias| bias / unit));
-        if self.study.space.is_fixed(setting) {
-            let terms = match of {
-                RELATIVE => self.tile_sums(tile, |sums| [sums.noise[RELATIVE], sums.pixels]),
-                _ => self.tile_sums(tile, |sums| [sums.noise[ABSOLUTE], sums.pixels]),
-            };
+        let space = &self.study.space;
+        let tile = space.tile_setting(setting)?;
+        let bias = self.bias(&tile).map(|bias| bias.map(|bias| bias / unit));
+        if space.is_fixed(setting) {
+            let sums = self.tile_sums(&tile).into_iter();
+            let terms: Vec<_> = sums.map(|of| [of.noise, of.pixels]).collect();
             return Some(ratio_of_sums(&terms).add(&bias?));
         }
         let mut changed = tile.choices().iter().map(|choice| choice.ladder());
         if bias.is_none() && changed.any(|ladder| ladder != Ladder::Samples) {
             return None;
         }
-        let samples = self.study.space.sample_count(setting);
-        let noise = noise(samples).multiply(&self.noise_ratio(tile, samples, of));
-        let is_free = setting.is_free_of_bias() && self.has_no_bias();
+        let ratio = self.noise_ratio(&tile, space.sample_count(setting));
+        let noise = noise.multiply(&match space.is_denoised(setting) {
+            false => ratio,
+            // A filter leaves all of a rung's noise, or none.
+            true => ConfidenceInterval {
+                value: ratio.value.sqrt(),
+                low: ratio.low.min(1.0),
+                high: ratio.high.max(1.0),
+            },
+        });
+        let rest = setting.without_ladder(Ladder::Reconstruction);
+        let is_free = rest.is_free_of_bias() && self.has_no_bias();
         Some(match bias.filter(|_| !is_free) {
             Some(bias) => noise.add(&bias),
             None => noise,
@@ -213,51 +206,50 @@ impl<'s> Figures<'s> {
     /// Whether the setting in use has no bias that the trials tell from none.
     fn has_no_bias(&self) -> bool {
         let baseline = self.study.space.general_baseline();
-        let bias = baseline.and_then(|baseline| self.bias(&baseline, RELATIVE));
+        let bias = baseline.and_then(|baseline| self.bias(&baseline));
         bias.is_none_or(|bias| bias.includes_zero())
     }
 
-    /// Returns the whole picture whose denoised version is that of a setting, if it has no further
-    /// rung.
+    /// Returns the whole picture with the samples of a setting that was also denoised.
     pub fn denoised_trial(&self, setting: &RungSetting) -> Option<&Trial> {
-        let setting = setting.without_ladder(Ladder::Reconstruction);
-        self.trials(&setting, Region::Whole)
+        let samples = setting.rung(Ladder::Samples);
+        let samples = samples.map(RungSetting::from_rung).unwrap_or_default();
+        self.trials(&samples, Region::Whole)
             .find(|trial| trial.denoised.is_some())
     }
 
-    /// Returns the seconds of a setting, their ratio to those of the setting in use, and the rays.
-    fn cost(&self, setting: &RungSetting) -> Option<(ConfidenceInterval, ConfidenceInterval, u64)> {
+    /// Returns the seconds of a setting, and their ratio to those of the setting in use.
+    fn cost(&self, setting: &RungSetting) -> Option<(ConfidenceInterval, ConfidenceInterval)> {
         let own = RungSetting::default();
         let space = &self.study.space;
-        let (own_seconds, own_error, own_rays) = self.whole_cost(&own)?;
+        let (own_seconds, own_error) = self.whole_cost(&own)?;
         let samples = setting.rung(Ladder::Samples).map(RungSetting::from_rung);
-        let (base, error, rays) = match samples.filter(|_| !space.is_fixed(setting)) {
+        let (base, error) = match samples.filter(|_| !space.is_fixed(setting)) {
             Some(samples) => self.whole_cost(&samples)?,
-            None => (own_seconds, own_error, own_rays),
+            None => (own_seconds, own_error),
         };
-        let (factor, more_rays) = self.tile_cost(&space.tile_setting(setting)?)?;
-        let mut seconds = base * factor.value;
-        if space.is_denoised(setting) {
-            seconds += self.denoised_trial(setting)?.denoised.as_ref()?.seconds;
-        }
+        let factor = self.time_ratio(&space.tile_setting(setting)?)?;
+        let filter = |setting: &RungSetting| match space.is_denoised(setting) {
+            true => Some(self.denoised_trial(setting)?.denoised.as_ref()?.seconds),
+            false => Some(0.0),
+        };
         // A clock may be too coarse for a tiny picture.
-        let seconds = seconds.max(1e-9);
+        let seconds = (base * factor.value + filter(setting)?).max(1e-9);
         let error = libm::hypot(error, factor.logarithmic_error());
-        let ratio = seconds / own_seconds.max(1e-9);
+        let ratio = seconds / (own_seconds + filter(&own)?).max(1e-9);
         let ratio = match *setting == own {
             true => ConfidenceInterval::from_exact(1.0),
             false => ConfidenceInterval::from_logarithm(ratio, libm::hypot(error, own_error)),
         };
-        let seconds = ConfidenceInterval::from_logarithm(seconds, error);
-        Some((seconds, ratio, (rays * more_rays).round() as u64))
+        Some((ConfidenceInterval::from_logarithm(seconds, error), ratio))
     }
 
-    /// Returns seconds, standard error of their logarithm, and rays of the setting in use with
-    /// another number of samples: of its own whole picture, or scaled from the largest. A scaled time
-    /// has twice the error of others.
-    fn whole_cost(&self, setting: &RungSetting) -> Option<(f64, f64, f64)> {
+    /// Returns the seconds of the setting in use with another number of samples, and the standard
+    /// error of their logarithm: of its own whole picture, or scaled from the largest. A scaled time has
+    /// twice the error of others.
+    fn whole_cost(&self, setting: &RungSetting) -> Option<(f64, f64)> {
         if let Some(trial) = self.trials(setting, Region::Whole).next() {
-            return Some((trial.seconds, self.time_drift(), trial.rays as f64));
+            return Some((trial.seconds, self.time_drift()));
         }
         let space = &self.study.space;
         let settings = space.sample_settings();
@@ -268,76 +260,39 @@ impl<'s> Figures<'s> {
         let count = |setting: &RungSetting| space.sample_count(setting);
         let largest = trials.max_by_key(|trial| count(&trial.job.setting))?;
         let factor = f64::from(count(setting)) / f64::from(count(&largest.job.setting));
-        let (seconds, rays) = (factor * largest.seconds, factor * largest.rays as f64);
-        Some((seconds, 2.0 * self.time_drift(), rays))
+        Some((factor * largest.seconds, 2.0 * self.time_drift()))
     }
 
-    /// Returns the ratios of a setting's time and rays on tiles to those of the baseline. Each time
-    /// is divided by that of the baseline's trials before and after it.
-    fn tile_cost(&self, setting: &RungSetting) -> Option<(ConfidenceInterval, f64)> {
+    /// Returns the mean ratio of a setting's times on tiles to the mean of the baseline's before and
+    /// after each; `None` without a trial.
+    fn time_ratio(&self, setting: &RungSetting) -> Option<ConfidenceInterval> {
         let baseline = match self.study.space.is_fixed(setting) {
             true => self.study.space.baseline.clone(),
             false => self.study.space.general_baseline()?,
         };
         if *setting == baseline {
-            return Some((ConfidenceInterval::from_exact(1.0), 1.0));
+            return Some(ConfidenceInterval::from_exact(1.0));
         }
-        let rays = |setting| Some(self.trials(setting, Region::Tiles).next()?.rays as f64);
-        let more_rays = rays(setting)? / rays(&baseline)?.max(1.0);
-        Some((self.time_ratio(setting, &baseline, false)?, more_rays))
-    }
-
-    /// Returns the mean ratio of a setting's times on tiles to those of a baseline; `None` without a
-    /// trial.
-    pub fn time_ratio(
-        &self,
-        setting: &RungSetting,
-        baseline: &RungSetting,
-        prepares: bool,
-    ) -> Option<ConfidenceInterval> {
-        let ratios = self.time_ratios(setting, baseline, prepares);
-        let count = ratios.len() as f64;
-        let mean = ratios.iter().map(|&ratio| libm::log(ratio)).sum::<f64>() / count;
-        let error = self.time_drift() / count.sqrt();
-        let ratio = || ConfidenceInterval::from_logarithm(libm::exp(mean), error);
-        (!ratios.is_empty()).then(ratio)
-    }
-
-    /// Returns the ratio of each of a setting's times on tiles to the mean of the baseline's before
-    /// and after it, in the order of the trials.
-    fn time_ratios(
-        &self,
-        setting: &RungSetting,
-        baseline: &RungSetting,
-        prepares: bool,
-    ) -> Vec<f64> {
         let table = &self.study.table;
-        let is_of = |trial: &Trial, setting: &RungSetting, prepares: bool| {
-            let Job {
-                region,
-                prepares: is_prepared,
-                ..
-            } = trial.job;
-            region == Region::Tiles
-                && is_prepared == prepares
-                && trial.job.setting == *setting
-                && trial.seconds.is_finite()
+        let is_of = |trial: &&Trial, setting: &RungSetting| {
+            let job = &trial.job;
+            job.region == Region::Tiles && job.setting == *setting && trial.seconds.is_finite()
         };
-        let ratio = |(at, trial): (usize, &Trial)| {
-            let before = table[..at]
-                .iter()
-                .rev()
-                .find(|of| is_of(of, baseline, false));
-            let after = table[at..].iter().find(|of| is_of(of, baseline, false));
+        let logarithm = |(at, trial): (usize, &Trial)| {
+            let mut before = table[..at].iter().rev();
+            let before = before.find(|of| is_of(of, &baseline));
+            let after = table[at..].iter().find(|of| is_of(of, &baseline));
             let beside: Vec<f64> = before.into_iter().chain(after).map(|t| t.seconds).collect();
             let mean = beside.iter().sum::<f64>() / beside.len() as f64;
-            (mean > 0.0 && trial.seconds > 0.0).then_some(trial.seconds / mean)
+            (mean > 0.0 && trial.seconds > 0.0).then(|| libm::log(trial.seconds / mean))
         };
-        let own = table
-            .iter()
-            .enumerate()
-            .filter(|(_, of)| is_of(of, setting, prepares));
-        own.filter_map(ratio).collect()
+        let own = table.iter().enumerate();
+        let own = own.filter(|(_, of)| is_of(of, setting));
+        let logarithms: Vec<f64> = own.filter_map(logarithm).collect();
+        let count = logarithms.len() as f64;
+        let mean = libm::exp(logarithms.iter().sum::<f64>() / count);
+        let error = self.time_drift() / count.sqrt();
+        (count > 0.0).then(|| ConfidenceInterval::from_logarithm(mean, error))
     }
 
     /// Returns the standard deviation of the logarithm of a time from one trial of a setting on tiles
@@ -346,7 +301,7 @@ impl<'s> Figures<'s> {
         let (mut squares, mut count) = (0.0, 0.0);
         let table = &self.study.table;
         for (at, trial) in table.iter().enumerate() {
-            let kind = |of: &'s Trial| (&of.job.setting, of.job.region, of.job.prepares);
+            let kind = |of: &'s Trial| (&of.job.setting, of.job.region);
             let next = table[at + 1..]
                 .iter()
                 .find(|next| kind(next) == kind(trial));
@@ -359,38 +314,35 @@ impl<'s> Figures<'s> {
         (squares / f64::max(count, 1.0)).sqrt().max(RESOLUTION)
     }
 
-    /// Returns the squared error of a setting over that of the setting in use. Noise that both have
-    /// in common does not make it uncertain.
-    pub fn error_ratio(
-        &self,
-        setting: &RungSetting,
-        measured: &MeasuredSetting,
-    ) -> ConfidenceInterval {
+    /// Returns the error of a setting over that of the setting in use. Noise that both have in common
+    /// does not make it uncertain.
+    fn error_ratio(&self, setting: &RungSetting, errors: &SettingErrors) -> ConfidenceInterval {
         let own = RungSetting::default();
         if *setting == own {
             return ConfidenceInterval::from_exact(1.0);
         }
-        let independent = || match self.summarise(&own) {
-            Some(own) => measured.errors.relmse.divide(&own.errors.relmse),
-            None => ConfidenceInterval::UNKNOWN,
-        };
         let space = &self.study.space;
-        let is_separate = |of: &RungSetting| space.is_denoised(of) || space.is_fixed(of);
-        let curve = self.noise_curve(RELATIVE);
-        let curve = curve.filter(|_| !is_separate(setting) && !is_separate(&own));
-        let Some(curve) = curve else {
-            return independent();
+        let [count, own_count] = [setting, &own].map(|of| space.sample_count(of));
+        let is_denoised = space.is_denoised(setting);
+        let is_paired = is_denoised == space.is_denoised(&own)
+            && !space.is_fixed(setting)
+            && !space.is_fixed(&own);
+        let paired = || {
+            let own_noise = self.noise(&own)?;
+            let one = ConfidenceInterval::from_exact(1.0);
+            let noise = match count == own_count {
+                true => one,
+                false if is_denoised => self.noise(setting)?.divide(&own_noise),
+                false => self.noise_curve()?.ratio(count, own_count),
+            };
+            let unit = Some(own_noise.value).filter(|unit| *unit > 0.0)?;
+            let own_square = self.square(&own, one, unit)?;
+            Some(self.square(setting, noise, unit)?.divide(&own_square))
         };
-        let samples = space.sample_count(&own);
-        let unit = curve.square(samples).value;
-        let square = |of: &RungSetting| {
-            let tile = space.tile_setting(of)?;
-            self.square(of, &tile, RELATIVE, &|n| curve.ratio(n, samples), unit)
-        };
-        match (square(setting), square(&own)) {
-            (Some(square), Some(own)) if unit > 0.0 => square.divide(&own),
-            _ => independent(),
-        }
+        let paired = is_paired.then(paired).flatten();
+        let independent = || Some(errors.relmse.divide(&self.errors(&own)?.relmse));
+        let ratio = paired.or_else(independent);
+        ratio.map_or(ConfidenceInterval::UNKNOWN, |ratio| ratio.map(f64::sqrt))
     }
 
     /// Whether a rung without bias certainly has less noise in the same time.
@@ -402,8 +354,8 @@ impl<'s> Figures<'s> {
     /// Returns noise times time of a rung over that of the baseline.
     fn gain(&self, rung: &RungSetting) -> Option<ConfidenceInterval> {
         let tile = self.study.space.tile_setting(rung)?;
-        let noise = self.noise_ratio(&tile, self.study.space.sample_count(rung), RELATIVE);
-        Some(self.tile_cost(&tile)?.0.multiply(&noise))
+        let noise = self.noise_ratio(&tile, self.study.space.sample_count(rung));
+        Some(self.time_ratio(&tile)?.multiply(&noise))
     }
 
     /// Returns the settings on tiles whose error or time may still decide the recommendation: rungs

@@ -16,7 +16,6 @@ mod effects;
 mod estimate;
 mod figures;
 mod opening;
-mod outputs;
 mod policy;
 mod recommendation;
 mod renderer;
@@ -32,9 +31,6 @@ use core::time::Duration;
 use std::time::Instant;
 
 use crate::bench::clock::{Stopwatch, time_on_process};
-use crate::display::Display;
-use crate::film::{Film, FilmMergeError};
-use crate::ladder::RungChoice;
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
@@ -46,11 +42,9 @@ use study::Study;
 
 pub use effects::{EffectCost, EffectCosts, measure_effects};
 pub use estimate::{ConfidenceInterval, SettingErrors};
-pub use outputs::OutputFormatReport;
 pub use report::{
-    AccuracyReport, DetailPicture, LadderReport, MeasuredSetting, MeasuredSettingWithFlags,
-    Recommendation, Recommendations, ReferenceReport, ReportPictures, RungCost, RungReport,
-    TileReport,
+    AccuracyReport, DetailPicture, LadderInUse, MeasuredSetting, Recommendation, Recommendations,
+    ReferenceReport, ReportPictures, TileReport,
 };
 pub use setting::RungSetting;
 
@@ -83,27 +77,6 @@ impl<F: FnMut(&str, f64)> ProgressListener for F {
     }
 }
 
-/// Reference picture of a measurement, as a film. The next measurement of the same scene adds tiles
-/// to it.
-#[derive(Clone, Debug)]
-pub struct ReusableReference {
-    /// Rungs (quality levels) in which the reference differs from the scene's own settings.
-    pub rungs: Vec<RungChoice>,
-    /// Rendered film of the reference.
-    pub film: Film,
-}
-
-/// Start of a measurement: a text that identifies the scene, and possibly the reference picture of
-/// an earlier measurement of this scene.
-#[derive(Clone, Debug, Default)]
-pub struct MeasurementStart<'a> {
-    /// Text that identifies the scene. A reused reference must carry the same text.
-    pub scene: &'a str,
-    /// Reference of an earlier measurement, to which tiles are added; `None` renders a new
-    /// reference.
-    pub reference: Option<ReusableReference>,
-}
-
 /// Reason why a measurement of accuracy has no report.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeasureError {
@@ -115,15 +88,11 @@ pub enum MeasureError {
         "the time budget ended before the reference and one picture of the scene were rendered; use a longer --budget or a smaller --size"
     )]
     InsufficientTime,
-    /// The reusable reference belongs to another scene, or to other settings.
-    #[error(transparent)]
-    Reference(FilmMergeError),
 }
 
 /// Measures the accuracy and the time of every rung (quality level) for a validated scene, on the
-/// current thread pool. Times are summed over all threads. Returns the report, and the reference
-/// for reuse. If the time runs out or the observer stops the measurement, the report holds the
-/// results obtained by then.
+/// current thread pool. Times are summed over all threads. If the time runs out or the observer stops
+/// the measurement, the report holds the results obtained by then.
 ///
 /// # Errors
 /// See [`MeasureError`]. [`PrepareError::Cancelled`] means that the observer stopped the
@@ -132,23 +101,21 @@ pub fn measure_accuracy(
     scene: &Scene,
     settings: &Settings,
     effort: &AccuracyEffort,
-    start: MeasurementStart<'_>,
     observer: &dyn Observer,
     listener: &mut dyn ProgressListener,
-) -> Result<(AccuracyReport, ReusableReference), MeasureError> {
+) -> Result<AccuracyReport, MeasureError> {
     let clocks: (Stopwatch, ClockFunction<'_>) = (time_on_process, &Instant::now);
-    measure_by_clocks((scene, settings), effort, start, observer, listener, clocks)
+    measure_by_clocks((scene, settings), effort, observer, listener, clocks)
 }
 
 /// Measures like [`measure_accuracy`], with a stopwatch and a clock.
 fn measure_by_clocks(
     (scene, settings): (&Scene, &Settings),
     effort: &AccuracyEffort,
-    start: MeasurementStart<'_>,
     observer: &dyn Observer,
     listener: &mut dyn ProgressListener,
     clocks: (Stopwatch, ClockFunction<'_>),
-) -> Result<(AccuracyReport, ReusableReference), MeasureError> {
+) -> Result<AccuracyReport, MeasureError> {
     let begun = clocks.1();
     let settings = Settings {
         size: effort.size.unwrap_or(settings.size),
@@ -158,20 +125,14 @@ fn measure_by_clocks(
         ..settings.clone()
     };
     let renderer = SettingRenderer::new(scene, &settings, observer, clocks);
-    let display = Display::from_render(&scene.render);
-    let mut study = Study::new(&renderer, display, *effort, begun);
-    let is_cut_short = study.run(start, listener)? || observer.is_cancelled();
-    let to_error = |error| renderer.to_measure_error(error);
-    let report = Figures { study: &study }.report(is_cut_short, listener);
-    let report = report.map_err(to_error)?;
-    let report = report.ok_or_else(|| to_error(PrepareError::Cancelled))?;
-    let rungs = study.space.exact.choices().to_vec();
-    let reference = study.reference.ok_or(MeasureError::InsufficientTime)?;
-    Ok((
-        report,
-        ReusableReference {
-            rungs,
-            film: reference.film,
-        },
-    ))
+    let mut study = Study::new(&renderer, *effort, begun);
+    let measured = study.run(listener).and_then(|is_cut_short| {
+        let report = Figures { study: &study }.report(is_cut_short)?;
+        report.ok_or(PrepareError::Cancelled)
+    });
+    // What is cancelled lacks time, unless the observer stopped it.
+    measured.map_err(|error| match error {
+        PrepareError::Cancelled if !observer.is_cancelled() => MeasureError::InsufficientTime,
+        error => error.into(),
+    })
 }

@@ -2,13 +2,13 @@
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+use super::ProgressListener;
 use super::policy::{TRIAL_SHARE, expected_seconds, is_done, jobs, next_job};
-use super::renderer::{FilmRequest, REPLICATES, none_if_cancelled};
-use super::setting::RungSetting;
+use super::renderer::{FilmRequest, REPLICATES, SettingRenderer, none_if_cancelled};
+use super::setting::{RungSetting, reference_setup};
 use super::study::{Study, TRIALS_END};
 use super::tiles::{FEWEST_TILES, crop_picture, evenly_spread_tiles, tile_count, tile_crop};
-use super::trial::{Job, RELATIVE, Region, TileSums, Trial, mean_of_replicates, replicates_of};
-use super::{MeasureError, MeasurementStart, ProgressListener};
+use super::trial::{Job, Region, TileSums, Trial, mean_of_replicates, replicates_of};
 use crate::film::Film;
 use crate::ladder::{Ladder, RungChoice};
 use crate::picture::Picture;
@@ -18,8 +18,7 @@ use crate::settings::Crop;
 /// Largest share of the budget for the samples of the reference beyond the fewest. Its noise then
 /// adds less than .5 % to an error (`benches/runs/2026-11-27-advice.md`).
 const REFERENCE_SHARE: f64 = 0.1;
-/// Most samples per pixel of the reference: a later run finds a kept reference of a small picture
-/// complete, however fast the machine is then.
+/// Most samples per pixel of the reference: more tell nothing on a picture of few pixels.
 const MOST_REFERENCE_SAMPLES: u32 = 16_384;
 /// Largest width and height in pixels of the magnified part of a picture, and its largest share of
 /// the picture's edges. On a page each pixel is then a visible square.
@@ -30,24 +29,18 @@ impl Study<'_> {
     /// stops the measurement. Returns whether trials are left.
     ///
     /// # Errors
-    /// See [`MeasureError`].
-    pub fn run(
-        &mut self,
-        start: MeasurementStart<'_>,
-        listener: &mut dyn ProgressListener,
-    ) -> Result<bool, MeasureError> {
-        let renderer = self.renderer;
-        let as_measure_error = |error| renderer.to_measure_error(error);
+    /// A render that cannot be prepared; [`PrepareError::Cancelled`] before the first trials.
+    pub fn run(&mut self, listener: &mut dyn ProgressListener) -> Result<bool, PrepareError> {
         listener.report_step("a first look at the picture", 0.0);
-        self.look_at_picture().map_err(as_measure_error)?;
+        self.look_at_picture()?;
         listener.report_step("the reference", self.spent_share());
-        self.render_reference(start)?;
+        self.render_reference()?;
         while let Some(job) = next_job(self) {
-            if renderer.observer.is_cancelled() {
+            if self.renderer.observer.is_cancelled() {
                 return Ok(true);
             }
-            listener.report_step(&job.to_string(), self.spent_share());
-            if !self.run_job(job).map_err(as_measure_error)? {
+            listener.report_step(&job.setting.to_string(), self.spent_share());
+            if !self.run_job(job)? {
                 break;
             }
         }
@@ -113,7 +106,7 @@ impl Study<'_> {
             .map(|setting| seconds_per_sample * f64::from(self.space.sample_count(setting)));
         let left = self.seconds_until(TRIALS_END);
         let whole = baseline + if own < TRIAL_SHARE * left { own } else { 0.0 };
-        let rungs = self.space.rung_settings().len() + self.space.cost_choices().len();
+        let rungs = self.space.rung_settings().len();
         // The exact setting and the reference take longer, and the baseline is repeated.
         let trials = 4.0 + 1.2 * rungs as f64;
         let left = (1.0 - REFERENCE_SHARE) * left - whole;
@@ -148,7 +141,7 @@ impl Study<'_> {
             let replicates = film.tile_replicates(tile).unwrap_or_default();
             let noise = replicates.first().map_or(0.0, |_| {
                 let truth = mean_of_replicates(&replicates);
-                TileSums::new(&replicates, &replicates[..1], &truth, true).noise[RELATIVE]
+                TileSums::new(&replicates, &replicates[..1], &truth, true).noise
             });
             (2 * hit > all, noise)
         };
@@ -180,13 +173,8 @@ impl Study<'_> {
     }
 
     /// Renders the reference on the tiles.
-    pub fn render_reference(&mut self, start: MeasurementStart<'_>) -> Result<(), MeasureError> {
-        let renderer = self.renderer;
-        let to_error = |error| renderer.to_measure_error(error);
-        self.space.exact = match &start.reference {
-            Some(kept) => RungSetting::from_rungs(&kept.rungs),
-            None => self.find_exact_rungs().map_err(to_error)?,
-        };
+    pub fn render_reference(&mut self) -> Result<(), PrepareError> {
+        self.space.exact = self.find_exact_rungs()?;
         // Arithmetic in f64 and long paths take about twice the time.
         let cost = 2.0 * self.seconds_of_sample() * self.tile_share();
         let most = REFERENCE_SHARE * self.effort.budget.as_secs_f64();
@@ -194,19 +182,25 @@ impl Study<'_> {
         while samples < MOST_REFERENCE_SAMPLES && 4.0 * f64::from(samples) * cost < most {
             samples *= 4;
         }
-        let kept = start.reference.as_ref();
-        let kept = kept.and_then(|kept| kept.film.requested_samples());
-        // A step more may only follow from a machine that is less busy now.
-        let samples = match kept {
-            Some(kept) if samples < kept.saturating_mul(16) => kept,
-            _ => samples,
-        };
-        let end = self.instant_of(TRIALS_END);
-        let mut reference = renderer.prepare_reference(&self.space.exact, samples, start, end)?;
-        let is_done = renderer.render_reference(&mut reference, &self.tiles, end);
-        let replicates = replicates_of(&reference.film, &self.tiles).filter(|_| is_done);
-        let replicates = replicates.ok_or_else(|| to_error(PrepareError::Cancelled))?;
-        self.set_reference(reference, replicates);
+        let SettingRenderer {
+            scene,
+            settings,
+            observer,
+            stopwatch,
+            now,
+            ..
+        } = *self.renderer;
+        let (scene, settings) = reference_setup(&self.space.exact, scene, settings, samples);
+        let renderer = SettingRenderer::new(&scene, &settings, observer, (stopwatch, now));
+        let timed = renderer.render_film(&FilmRequest {
+            setting: &RungSetting::default(),
+            round: 0,
+            tiles: Some(&self.tiles),
+            denoises: false,
+            end: self.instant_of(TRIALS_END),
+        })?;
+        let replicates = replicates_of(&timed.film, &self.tiles).unwrap_or_default();
+        self.set_reference(timed, replicates);
         Ok(())
     }
 
@@ -245,7 +239,6 @@ impl Study<'_> {
                 round: 0,
                 tiles: Some(&tiles),
                 denoises: false,
-                prepares: false,
                 end: self.time_limit(self.seconds_of_sample() * samples * share),
             });
             if none_if_cancelled(render)?.is_some() {

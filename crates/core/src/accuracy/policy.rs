@@ -62,10 +62,6 @@ pub(super) fn jobs(study: &Study<'_>) -> Vec<Job> {
     jobs.extend(fewer.into_iter().map(Job::whole));
     let rungs = space.rung_settings();
     jobs.extend(timed_rungs(&rungs, baseline, 0));
-    jobs.extend(space.cost_choices().into_iter().map(|choice| Job {
-        prepares: true,
-        ..Job::tiles(&space.with_rung(choice), 0)
-    }));
     jobs.extend(others.into_iter().map(Job::whole));
     let figures = Figures { study };
     for round in 1..u64::from(study.effort.rounds) {

@@ -3,14 +3,13 @@
 
 use super::estimate::{ConfidenceInterval, NORMAL, RESOLUTION, SettingErrors};
 use super::report::{MeasuredSetting, Recommendation, Recommendations};
-use super::setting::RungSetting;
 use crate::ladder::Ladder;
 
 /// Largest ratio of root errors that counts as the same error, and as half the error: what two seeds
 /// of one setting differ by. Four times the samples halve noise within it
 /// (`benches/runs/2026-11-27-advice.md`, as all limits of this file).
 const SAME: f64 = 1.0 + NORMAL * RESOLUTION;
-pub(super) const HALF: f64 = 0.5 * SAME;
+const HALF: f64 = 0.5 * SAME;
 /// Factors on these limits that the upper end of an interval may reach: of certain advice, and of
 /// advice of the same error.
 const DOUBT: [f64; 2] = [1.1, 1.3];
@@ -23,27 +22,14 @@ const MOST_BIAS: [f64; 2] = [0.25, 0.5];
 /// reference.
 const MOST_LIGHT: f64 = 0.005;
 
-/// Measured setting that is considered for a recommendation.
-#[derive(Clone, Debug)]
-pub(super) struct RecommendationCandidate {
-    pub setting: RungSetting,
-    pub measured: MeasuredSetting,
-    /// Squared error over that of the setting in use.
-    pub error: ConfidenceInterval,
-    pub is_recommendable: bool,
-}
-
 /// Whether a setting may be recommended. A setting that differs from the scene's own only in noise
 /// always may. Any other setting must satisfy two conditions:
 ///
 /// - Its summed radiance equals the reference's, or is certainly closer to it than the scene's own.
 /// - Its squared bias is small, or certainly smaller than the scene's own. This condition is waived
 ///   if denoising is the only biased change: the claim of a denoised picture contains its bias.
-pub(super) fn is_recommendable(
-    setting: &RungSetting,
-    measured: &MeasuredSetting,
-    own_measured: &MeasuredSetting,
-) -> bool {
+pub(super) fn is_recommendable(measured: &MeasuredSetting, own_measured: &MeasuredSetting) -> bool {
+    let setting = &measured.setting;
     let off = |light: &ConfidenceInterval| [light.low - 1.0, light.high - 1.0].map(f64::abs);
     let most_off = off(&measured.errors.light).into_iter().fold(0.0, f64::max);
     let own_off = off(&own_measured.errors.light)
@@ -66,37 +52,36 @@ pub(super) fn is_recommendable(
     }
 }
 
-/// Returns the places of the settings on the Pareto front of time and error, by ascending time: of
-/// the recommendable ones with known errors, and of the one in use. A setting is left out if another
-/// is better in time or error and at least equal in the other. Of equal settings the one with the
-/// fewest changes remains.
-pub(super) fn pareto_front(candidates: &[RecommendationCandidate]) -> Vec<usize> {
-    let point = |at: usize| {
-        let measured = &candidates[at].measured;
+/// Returns the rows of the settings on the Pareto front of time and error, by ascending time: of the
+/// recommendable ones with known errors, and of the one in use, which is the first. A setting is left
+/// out if another is better in time or error and at least equal in the other. Of equal settings the
+/// one with the fewest changes remains.
+pub(super) fn pareto_front(settings: &[MeasuredSetting]) -> Vec<usize> {
+    let point = |row: usize| {
+        let measured = &settings[row];
         [measured.seconds.value, measured.errors.relmse.value]
     };
-    let changes = |at: usize| candidates[at].setting.choices().len();
-    let is_eligible = |&at: &usize| {
-        let candidate = &candidates[at];
-        let error = candidate.error.map(f64::sqrt);
-        changes(at) == 0 || candidate.is_recommendable && error.is_known()
+    let changes = |row: usize| settings[row].setting.choices().len();
+    let is_eligible = |&row: &usize| {
+        let measured = &settings[row];
+        let errors = [measured.errors.relmse.map(f64::sqrt), measured.error_ratio];
+        row == 0
+            || is_recommendable(measured, &settings[0]) && errors.iter().any(|of| of.is_known())
     };
-    let mut order: Vec<usize> = (0..candidates.len()).filter(is_eligible).collect();
-    order.sort_by_key(|&at| changes(at));
+    let mut order: Vec<usize> = (0..settings.len()).filter(is_eligible).collect();
+    order.sort_by_key(|&row| changes(row));
     let is_beaten = |place: usize| {
         let own = point(order[place]);
-        order.iter().enumerate().any(|(other, &at)| {
-            let other_point = point(at);
+        order.iter().enumerate().any(|(other, &row)| {
+            let other_point = point(row);
             let limit = |i: usize, sign: f64| own[i] * (1.0 + sign * RESOLUTION);
             let at_most = (0..2).all(|i| other_point[i] <= limit(i, 1.0));
             let less = (0..2).any(|i| other_point[i] < limit(i, -1.0));
             at_most && (less || other < place)
         })
     };
-    let mut front: Vec<usize> = (0..order.len())
-        .filter(|&at| !is_beaten(at))
-        .map(|at| order[at])
-        .collect();
+    let places = (0..order.len()).filter(|&place| !is_beaten(place));
+    let mut front: Vec<usize> = places.map(|place| order[place]).collect();
     front.sort_by(|&a, &b| point(a)[0].total_cmp(&point(b)[0]));
     front
 }
@@ -104,39 +89,34 @@ pub(super) fn pareto_front(candidates: &[RecommendationCandidate]) -> Vec<usize>
 /// Chooses the recommended settings: from the front, and a faster one with bias from all. An error is
 /// about half if the estimate is, since an error on the front is known; it is the same if its upper
 /// end is, too.
-pub(super) fn recommend_settings(
-    candidates: &[RecommendationCandidate],
-    front: &[usize],
-) -> Recommendations {
-    let is_within = |candidate: &&RecommendationCandidate, limit: f64, doubt: f64| {
-        let error = candidate.error.map(f64::sqrt);
-        candidate.setting != RungSetting::default()
-            && error.value <= limit
-            && error.high <= doubt * limit
+pub(super) fn recommend_settings(settings: &[MeasuredSetting], front: &[usize]) -> Recommendations {
+    let is_within = |row: usize, limit: f64, doubt: f64| {
+        let error = settings[row].error_ratio;
+        row != 0 && error.is_known() && error.value <= limit && error.high <= doubt * limit
     };
-    let advice = |candidate: &RecommendationCandidate, limit: f64| Recommendation {
-        flags: candidate.setting.flags(),
-        time: candidate.measured.ratio,
-        error: candidate.error.map(f64::sqrt),
-        certain: is_within(&candidate, limit, DOUBT[0]),
-        measured: candidate.measured.clone(),
-    };
-    let time = |candidate: &RecommendationCandidate| candidate.measured.ratio.value;
-    let mut all = front.iter().map(|&at| &candidates[at]);
-    let half = all.clone().find(|of| is_within(of, HALF, f64::INFINITY));
-    let same = all.find(|of| is_within(of, SAME, DOUBT[1]) && time(of) <= SOONER);
+    let time = |row: usize| settings[row].ratio.value;
+    let mut all = front.iter().copied();
+    let half = all.clone().find(|&row| is_within(row, HALF, f64::INFINITY));
+    let same = all.find(|&row| is_within(row, SAME, DOUBT[1]) && time(row) <= SOONER);
     let faster = |limit: f64, than: f64| {
-        let biased = candidates.iter().filter(|of| !of.is_recommendable);
+        let rows = 0..settings.len();
+        let biased = rows.filter(|&row| !is_recommendable(&settings[row], &settings[0]));
         biased
-            .filter(|of| is_within(of, limit, DOUBT[1]) && time(of) <= SOONER * than)
-            .min_by(|a, b| time(a).total_cmp(&time(b)))
+            .filter(|&row| is_within(row, limit, DOUBT[1]) && time(row) <= SOONER * than)
+            .min_by(|&a, &b| time(a).total_cmp(&time(b)))
     };
     let biased = faster(SAME, same.map_or(1.0, time));
     let biased = biased.or_else(|| faster(HALF, half.map(time)?));
+    let advice = |row: Option<usize>, limit: f64| {
+        row.map(|row| Recommendation {
+            row,
+            certain: is_within(row, limit, DOUBT[0]),
+        })
+    };
     Recommendations {
-        half_the_error: half.map(|of| advice(of, HALF)),
-        same_error: same.map(|of| advice(of, SAME)),
-        biased: biased.map(|of| advice(of, SAME)),
+        half_the_error: advice(half, HALF),
+        same_error: advice(same, SAME),
+        biased: advice(biased, SAME),
     }
 }
 

@@ -4,9 +4,8 @@
 use std::cell::RefCell;
 use std::time::Instant;
 
-use super::setting::{RungSetting, reference_setup};
+use super::setting::RungSetting;
 use super::tiles::tile_edge;
-use super::{MeasureError, MeasurementStart};
 use crate::bench::clock::Stopwatch;
 use crate::denoise::{DenoiseOutput, denoise};
 use crate::dispatch::{ReadyScene, prepare};
@@ -72,10 +71,6 @@ pub(super) struct TimedFilm {
     pub film: Film,
     /// Render time in seconds, summed over all threads.
     pub seconds: f64,
-    /// Preparation time in seconds, summed over all threads; zero if the scene was prepared before.
-    pub preparing: f64,
-    /// Memory of geometry and acceleration structure in bytes.
-    pub geometry: u64,
     /// Whether other random numbers would change the picture.
     pub is_random: bool,
 }
@@ -88,27 +83,8 @@ pub(super) struct FilmRequest<'r> {
     /// Tiles to render, in ascending order; `None` for the whole picture.
     pub tiles: Option<&'r [u32]>,
     pub denoises: bool,
-    /// Whether the scene is prepared anew, so that the preparation is timed.
-    pub prepares: bool,
     /// Instant at which an unfinished render is dropped.
     pub end: Instant,
-}
-
-/// Reference picture: the film of the most exact rungs, in f64.
-pub(super) struct Reference {
-    ready: ReadyScene,
-    pub film: Film,
-    /// Rays of an earlier measurement's reference, zero for a new one.
-    reused_rays: u64,
-    /// Render time of the new tiles, in seconds summed over all threads.
-    pub seconds: f64,
-}
-
-impl Reference {
-    /// Whether the whole film comes from an earlier measurement.
-    pub fn is_reused(&self) -> bool {
-        self.reused_rays > 0 && self.reused_rays == self.film.counters().ray_count()
-    }
 }
 
 impl<'a> SettingRenderer<'a> {
@@ -139,8 +115,9 @@ impl<'a> SettingRenderer<'a> {
             denoise: request.denoises,
             ..settings
         };
-        let render = |(ready, preparing): (&ReadyScene, f64)| {
-            let until = self.deadline_observer(request.end);
+        let end = request.end;
+        self.run_on_prepared_scene(request.setting, (&scene, &settings), end, |ready| {
+            let until = self.deadline_observer(end);
             let mut film = None;
             let seconds = (self.stopwatch)(&mut || {
                 let done = ready.render_with_settings(&settings, request.tiles, &until);
@@ -156,17 +133,8 @@ impl<'a> SettingRenderer<'a> {
             Ok(TimedFilm {
                 film,
                 seconds,
-                preparing,
-                geometry: ready.memory().geometry,
                 is_random: ready.depends_on_seed(),
             })
-        };
-        if request.prepares {
-            let (ready, preparing) = self.prepare_and_time(&scene, &settings, request.end)?;
-            return render((&ready, preparing));
-        }
-        self.run_on_prepared_scene(request.setting, (&scene, &settings), request.end, |ready| {
-            render((ready, 0.0))
         })?
     }
 
@@ -222,7 +190,7 @@ impl<'a> SettingRenderer<'a> {
             None => PreparedSetting {
                 setting,
                 has_fixed_pattern: is_fixed,
-                ready: self.prepare_and_time(scene, settings, end)?.0,
+                ready: prepare(scene, settings, &self.deadline_observer(end))?,
             },
         };
         let done = work(&latest.ready);
@@ -236,86 +204,12 @@ impl<'a> SettingRenderer<'a> {
         Ok(done)
     }
 
-    /// Prepares a reference with the rungs (quality levels) of `exact` and this number of samples
-    /// per pixel. Its film is empty, or the film of an earlier reference.
-    pub fn prepare_reference(
-        &self,
-        exact: &RungSetting,
-        samples: u32,
-        start: MeasurementStart<'_>,
-        end: Instant,
-    ) -> Result<Reference, MeasureError> {
-        let (scene, settings) = reference_setup(exact, self.scene, self.settings, samples);
-        let settings = Settings {
-            replicates: Some(REPLICATES),
-            tile_size: tile_edge(settings.size),
-            ..settings
-        };
-        let (ready, _) = self
-            .prepare_and_time(&scene, &settings, end)
-            .map_err(|error| self.to_measure_error(error))?;
-        let mut film = ready.new_film(start.scene);
-        if let Some(earlier) = start.reference {
-            film.continue_from(earlier.film)
-                .map_err(MeasureError::Reference)?;
-        }
-        Ok(Reference {
-            reused_rays: film.counters().ray_count(),
-            ready,
-            film,
-            seconds: 0.0,
-        })
-    }
-
-    /// Renders tiles of the reference. Returns false if the time runs out.
-    pub fn render_reference(&self, of: &mut Reference, tiles: &[u32], end: Instant) -> bool {
-        let part = FilmPart {
-            selected_tiles: Some(tiles.to_vec()),
-            ..of.film.full_part()
-        };
-        let before = of.film.counters().ray_count();
-        let until = self.deadline_observer(end);
-        let Reference { ready, film, .. } = of;
-        of.seconds += (self.stopwatch)(&mut || {
-            // The film belongs to this scene, so no part is refused.
-            let _ = ready.render_part(film, &part, &until);
-            film.counters().ray_count() - before
-        });
-        of.film.unfinished_tiles(&part) == 0
-    }
-
-    /// Prepares a scene and returns it with the seconds of preparation, summed over all threads.
-    fn prepare_and_time(
-        &self,
-        scene: &Scene,
-        settings: &Settings,
-        end: Instant,
-    ) -> Result<(ReadyScene, f64), PrepareError> {
-        let mut ready = Err(PrepareError::Cancelled);
-        let preparing = (self.stopwatch)(&mut || {
-            ready = prepare(scene, settings, &self.deadline_observer(end));
-            0
-        });
-        Ok((ready?, preparing))
-    }
-
     /// Returns an observer that stops a render at `end`, or when the caller's observer stops it.
     fn deadline_observer(&self, end: Instant) -> DeadlineObserver<'_> {
         DeadlineObserver {
             observer: self.observer,
             now: self.now,
             end,
-        }
-    }
-
-    /// Converts an error of preparation to an error of the measurement. A cancelled preparation
-    /// counts as lack of time, unless the observer stopped it.
-    pub fn to_measure_error(&self, error: PrepareError) -> MeasureError {
-        match error {
-            PrepareError::Cancelled if !self.observer.is_cancelled() => {
-                MeasureError::InsufficientTime
-            }
-            error => error.into(),
         }
     }
 }

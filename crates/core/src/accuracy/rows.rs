@@ -1,260 +1,146 @@
 //! Report of a measurement, from the figures of its settings.
 
-use super::ProgressListener;
-use super::estimate::ConfidenceInterval;
 use super::figures::Figures;
-use super::recommendation::{
-    HALF, RecommendationCandidate, is_recommendable, pareto_front, recommend_settings,
-};
+use super::recommendation::{pareto_front, recommend_settings};
 use super::report::{
-    AccuracyReport, DetailPicture, LadderReport, MeasuredSetting, MeasuredSettingWithFlags,
-    Recommendations, ReferenceReport, ReportPictures, RungCost, RungReport, TileReport,
+    AccuracyReport, DetailPicture, MeasuredSetting, Recommendations, ReferenceReport,
+    ReportPictures, TileReport,
 };
 use super::setting::RungSetting;
 use super::tiles::{tile_count, tile_crop, tile_edge};
-use super::trial::{ABSOLUTE, Region, Trial};
-use crate::ladder::{Ladder, RungChoice};
+use super::trial::Region;
+use crate::film::EstimateDoubt;
+use crate::ladder::Ladder;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
 
 impl Figures<'_> {
-    /// Returns the settings of the report, each with its figures and its cost relative to the
-    /// setting in use: numbers of samples, denoised ones, single rungs, and rungs that are certainly
-    /// efficient combined with numbers of samples.
-    fn candidates(&self, own_measured: &MeasuredSetting) -> Vec<RecommendationCandidate> {
+    /// Returns the settings of the report: the one in use, numbers of samples, noisy or denoised,
+    /// single rungs, and rungs that are certainly efficient combined with numbers of samples.
+    fn settings(&self) -> Vec<RungSetting> {
         let space = &self.study.space;
         let own = RungSetting::default();
-        let count = |setting: &RungSetting| space.sample_count(setting);
         let mut samples = space.sample_settings();
-        // The least number of samples that halves the error is the largest of the report.
-        let halves = |setting: &&RungSetting| {
-            let measured = self.summarise(setting);
-            let ratio = measured.map(|measured| self.error_ratio(setting, &measured).value);
-            ratio.is_some_and(|square| square <= HALF * HALF)
-        };
-        let most = samples.iter().find(halves).map(count);
-        samples.retain(|setting| most.is_none_or(|most| count(setting) <= most));
-        let denoised = Ladder::Reconstruction.choices().find(|choice| {
+        samples.sort_by_key(|setting| *setting != own);
+        let mut filters = Ladder::Reconstruction.choices();
+        let filter = filters.find(|choice| {
             space.ladders.contains(&Ladder::Reconstruction) && !space.is_in_use(*choice)
         });
-        let denoised = samples
-            .iter()
-            .flat_map(|s| denoised.map(|choice| s.with_rung(choice)));
-        let mut settings: Vec<RungSetting> = samples.iter().cloned().chain(denoised).collect();
-        for rung in space.single_rungs() {
-            if self.is_efficient(&rung) {
-                let others = samples.iter().filter(|other| **other != own);
-                settings.extend(others.map(|other| other.with_rungs(rung.choices())));
-            }
-            settings.push(rung);
+        let filtered = samples.iter().filter_map(|setting| {
+            let other = setting.with_rung(filter?);
+            (space.is_denoised(&other) != space.is_denoised(setting)).then_some(other)
+        });
+        let mut settings: Vec<RungSetting> = samples.iter().cloned().chain(filtered).collect();
+        let rungs = space.single_rungs();
+        settings.extend(rungs.iter().cloned());
+        for rung in rungs.iter().filter(|rung| self.is_efficient(rung)) {
+            let others = samples[1..].iter();
+            settings.extend(others.map(|other| other.with_rungs(rung.choices())));
         }
-        let candidate = |setting: RungSetting| {
-            let measured = self.summarise(&setting)?;
-            Some(RecommendationCandidate {
-                error: self.error_ratio(&setting, &measured),
-                is_recommendable: is_recommendable(&setting, &measured, own_measured),
-                setting,
-                measured,
-            })
-        };
-        settings.into_iter().filter_map(candidate).collect()
+        settings
     }
 
-    /// Measures what is left besides the trials, and returns the report; `None` if the setting in use
-    /// was not measured.
+    /// Renders the pictures that are left, and returns the report; `None` if the setting in use was
+    /// not measured.
     ///
     /// # Errors
     /// A render that cannot be prepared.
-    pub fn report(
-        &self,
-        is_cut_short: bool,
-        listener: &mut dyn ProgressListener,
-    ) -> Result<Option<AccuracyReport>, PrepareError> {
+    pub fn report(&self, is_cut_short: bool) -> Result<Option<AccuracyReport>, PrepareError> {
         let study = self.study;
-        let (Some(own), Some(reference)) =
+        let (Some(_), Some(reference)) =
             (self.summarise(&RungSetting::default()), &study.reference)
         else {
             return Ok(None);
         };
-        let candidates = self.candidates(&own);
-        let front = pareto_front(&candidates);
-        let recommendations = recommend_settings(&candidates, &front);
-        let pictures = self.pictures(&candidates, &recommendations)?;
-        let outputs = study.measure_outputs();
-        let costs = study.measure_effect_costs(listener)?;
-        let with_flags = |candidate: &RecommendationCandidate| MeasuredSettingWithFlags {
-            flags: candidate.setting.flags(),
-            measured: candidate.measured.clone(),
-        };
-        let is_combined = |of: &&RecommendationCandidate| of.setting.choices().len() > 1;
-        let ladders = study.space.ladders.iter().chain(&study.space.cost_ladders);
+        let all = self.settings();
+        let mut settings = Vec::new();
+        let mut unmeasured = Vec::new();
+        for setting in all {
+            match self.summarise(&setting) {
+                Some(measured) => settings.push(measured),
+                None if setting.choices().len() == 1 => unmeasured.push(setting.to_string()),
+                None => {}
+            }
+        }
+        let frontier = pareto_front(&settings);
+        let recommendations = recommend_settings(&settings, &frontier);
+        let size = study.renderer.settings.size;
+        let own_error = settings[0].errors.relmse.map(f64::sqrt);
+        let doubt = self.doubt().unwrap_or(EstimateDoubt::WideInterval);
         Ok(Some(AccuracyReport {
-            size: study.renderer.settings.size,
+            size,
             tiles: TileReport {
-                edge: tile_edge(study.renderer.settings.size),
+                edge: tile_edge(size),
                 measured: study.tiles.len(),
-                all: tile_count(study.renderer.settings.size),
+                all: tile_count(size),
             },
             reference: ReferenceReport {
                 samples: reference.film.requested_samples().unwrap_or(0),
-                rungs: study.space.exact.flags(),
-                standard_error: self.reference_error(),
+                rungs: study.space.exact.clone(),
+                error: self.reference_error(),
                 seconds: reference.seconds,
-                reused: reference.is_reused(),
             },
-            sufficient_budget: self.sufficient_budget(&candidates),
+            sufficient_budget: self.sufficient_budget(&settings),
+            pictures: self.pictures(&settings, &recommendations)?,
+            doubt: (!own_error.is_known()).then_some(doubt),
+            settings,
+            frontier,
             recommendations,
-            combinations: candidates
-                .iter()
-                .filter(is_combined)
-                .map(with_flags)
-                .collect(),
-            frontier: front
-                .iter()
-                .map(|&at| with_flags(&candidates[at]))
-                .collect(),
-            ladders: ladders
-                .map(|&ladder| self.ladder_report(ladder, &own))
-                .collect(),
-            outputs,
-            doubt: self
-                .doubt()
-                .filter(|_| !own.errors.relmse.map(f64::sqrt).is_known()),
-            own,
+            ladders: study.space.ladders_in_use(),
+            unmeasured,
             inapplicable: study.space.unneeded_ladders(),
-            cut_short: is_cut_short
-                || study.renderer.observer.is_cancelled()
-                || costs.as_ref().is_none_or(|costs| !costs.late.is_empty()),
-            costs,
-            pictures,
+            cut_short: is_cut_short || study.renderer.observer.is_cancelled(),
             seconds: study.elapsed(),
         }))
     }
 
-    /// Returns the budget in seconds that would probably make every error of the candidates known;
-    /// `None` if all are known, or none would suffice. The width of an interval falls with the
-    /// square root of the time.
-    fn sufficient_budget(&self, candidates: &[RecommendationCandidate]) -> Option<f64> {
-        let errors = candidates
-            .iter()
-            .map(|of| of.measured.errors.relmse.map(f64::sqrt));
-        let width = |error: ConfidenceInterval| libm::log(error.high / error.low) / libm::log(3.0);
-        let unknown = errors.filter(|error| !error.is_known()).map(width);
-        let widest = unknown
-            .filter(|width| width.is_finite())
-            .fold(1.0, f64::max);
+    /// Returns the budget in seconds that would probably make every error known; `None` if all are
+    /// known, or none would suffice. The width of an interval falls with the square root of the time.
+    fn sufficient_budget(&self, settings: &[MeasuredSetting]) -> Option<f64> {
+        let errors = settings.iter().map(|of| of.errors.relmse.map(f64::sqrt));
+        let unknown = errors.filter(|error| !error.is_known());
+        let widths = unknown.map(|error| libm::log(error.high / error.low) / libm::log(3.0));
+        let finite = widths.filter(|width| width.is_finite());
+        let widest = finite.fold(1.0, f64::max);
         (widest > 1.0).then_some(widest * widest * self.study.effort.budget.as_secs_f64())
     }
 
-    /// Returns the root mean square, over all pixels, of the reference's standard error in radiance.
+    /// Returns the reference's own error of noise as root relMSE.
     fn reference_error(&self) -> f64 {
         let tiles = self.study.reference_noise();
-        let square: f64 = tiles.iter().map(|of| of.noise[ABSOLUTE]).sum();
+        let square: f64 = tiles.iter().map(|of| of.noise).sum();
         let pixels: f64 = tiles.iter().map(|of| of.pixels).sum();
         (square / pixels.max(1.0)).sqrt()
-    }
-
-    fn ladder_report(&self, ladder: Ladder, own: &MeasuredSetting) -> LadderReport {
-        let space = &self.study.space;
-        let rung = |choice: RungChoice| {
-            let in_use = space.is_in_use(choice);
-            let setting = match in_use {
-                true => RungSetting::default(),
-                false => RungSetting::from_rung(choice),
-            };
-            let (measured, cost) = match ladder.changes_pictures() {
-                true => (self.summarise(&setting), None),
-                false => self.cost_of(choice, own).unzip(),
-            };
-            RungReport {
-                rung: choice.rung().to_owned(),
-                about: choice.rung_description(),
-                in_use,
-                flag: setting.flags().pop(),
-                measured,
-                cost,
-            }
-        };
-        let rungs = space.applicable_rungs(ladder).into_iter();
-        LadderReport {
-            ladder: ladder.name(),
-            in_use: space.rung_in_use(ladder),
-            rungs: rungs.map(rung).collect(),
-        }
-    }
-
-    /// Returns time and memory of a rung that changes no picture; `None` if no trial tells them.
-    fn cost_of(
-        &self,
-        choice: RungChoice,
-        own: &MeasuredSetting,
-    ) -> Option<(MeasuredSetting, RungCost)> {
-        let space = &self.study.space;
-        let setting = space.with_rung(choice);
-        let trials = self.trials(&setting, Region::Tiles);
-        let trials: Vec<&Trial> = trials.filter(|trial| trial.job.prepares).collect();
-        let cost = RungCost {
-            preparing: trials.first()?.preparing,
-            geometry: trials[0].geometry,
-            same_bits: trials.iter().all(|trial| trial.has_same_bits),
-        };
-        let ratio = self.time_ratio(&setting, &space.baseline, true)?;
-        let measured = MeasuredSetting {
-            renders: trials.len(),
-            seconds: own.seconds.multiply(&ratio),
-            ratio,
-            ..own.clone()
-        };
-        Some((measured, cost))
     }
 
     /// Returns the pictures of the page: the whole picture, and its magnified part in use, with each
     /// recommended setting, and exact. What there is no time for is left out.
     fn pictures(
         &self,
-        candidates: &[RecommendationCandidate],
+        settings: &[MeasuredSetting],
         recommendations: &Recommendations,
     ) -> Result<ReportPictures, PrepareError> {
         let study = self.study;
         let advised = [&recommendations.half_the_error, &recommendations.same_error];
+        let advised = advised.into_iter().flatten().map(|advice| advice.row);
         let mut details: Vec<DetailPicture> = Vec::new();
-        for candidate in candidates {
-            let flags = candidate.setting.flags();
-            let is_advised = advised
-                .iter()
-                .copied()
-                .flatten()
-                .any(|of| of.flags == flags);
-            if !flags.is_empty() && !is_advised {
-                continue;
-            }
-            details.extend(
-                self.detail(&candidate.setting)?
-                    .map(|picture| DetailPicture {
-                        flags,
-                        measured: Some(candidate.measured.clone()),
-                        picture,
-                    }),
-            );
-        }
-        details.sort_by_key(|detail| !detail.flags.is_empty());
-        if let Some(exact) = study.setting_of_exact_detail() {
-            // The random numbers are those of no other render.
-            let reference = study.render_detail(&exact, u64::MAX)?;
-            details.extend(reference.map(|picture| DetailPicture {
-                flags: exact.flags(),
-                measured: None,
+        for row in [0].into_iter().chain(advised) {
+            let picture = self.detail(&settings[row].setting)?;
+            details.extend(picture.map(|picture| DetailPicture {
+                row: Some(row),
                 picture,
             }));
         }
+        if let Some(exact) = study.setting_of_exact_detail() {
+            // The random numbers are those of no other render.
+            let reference = study.render_detail(&exact, u64::MAX)?;
+            details.extend(reference.map(|picture| DetailPicture { row: None, picture }));
+        }
         let size = study.renderer.settings.size;
+        let tiles = study.tiles.iter().map(|&tile| tile_crop(size, tile));
         Ok(ReportPictures {
             whole: study.overview.1.clone(),
-            tiles: study
-                .tiles
-                .iter()
-                .map(|&tile| tile_crop(size, tile))
-                .collect(),
+            tiles: tiles.collect(),
             detail: Some(study.detail),
             details,
         })

@@ -2,14 +2,23 @@
 
 use core::fmt;
 
+use serde::Serialize;
+
 use crate::ladder::{Ladder, RungChoice};
 use crate::scene::Scene;
 use crate::settings::{PrecisionChoice, Sampling, Settings};
 
 /// Set of rungs (quality levels) that replace the scene's own, at most one per ladder (choice). The
-/// empty set is the scene's own setting.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// empty set is the scene's own setting. Files hold its flags.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(into = "Vec<String>")]
 pub struct RungSetting(Vec<RungChoice>);
+
+impl From<RungSetting> for Vec<String> {
+    fn from(setting: RungSetting) -> Self {
+        setting.flags()
+    }
+}
 
 impl RungSetting {
     /// Returns the setting that changes a single rung (quality level).

@@ -1,7 +1,9 @@
 //! The settings that a measurement may try: the rungs of the ladders that the scene reaches.
 
 use super::renderer::SettingRenderer;
+use super::report::LadderInUse;
 use super::setting::RungSetting;
+use crate::denoise::FEWEST_SAMPLES;
 use crate::dispatch::find_collapsed_objects;
 use crate::effects::{EffectSet, assess_effects};
 use crate::ladder::{Ladder, RungChoice, RungValue, applicable_ladders, needed_effects};
@@ -18,8 +20,6 @@ pub(super) struct SettingSpace<'a> {
     settings: &'a Settings,
     /// Ladders that change the picture, the most important first.
     pub ladders: Vec<Ladder>,
-    /// Ladders that change time and memory alone.
-    pub cost_ladders: Vec<Ladder>,
     /// Effects that the scene needs.
     effects: EffectSet,
     /// Rungs whose number format cannot represent the scene. They have no picture.
@@ -37,10 +37,8 @@ impl<'a> SettingSpace<'a> {
             scene, settings, ..
         } = *renderer;
         let effects = assess_effects(scene, settings);
-        let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) =
-            applicable_ladders(scene, settings, &effects)
-                .filter(|&ladder| ladder != Ladder::Output)
-                .partition(|ladder| ladder.changes_pictures());
+        let applicable = applicable_ladders(scene, settings, &effects);
+        let mut pictured: Vec<Ladder> = applicable.filter(|of| of.changes_pictures()).collect();
         let first = [
             Ladder::Samples,
             Ladder::Reconstruction,
@@ -70,7 +68,6 @@ impl<'a> SettingSpace<'a> {
             scene,
             settings,
             ladders: pictured,
-            cost_ladders: priced,
             effects: needed_effects(&effects),
             unstorable: Ladder::Precision.choices().filter(is_unstorable).collect(),
             baseline: fewer.map(RungSetting::from_rung).unwrap_or_default(),
@@ -87,14 +84,19 @@ impl<'a> SettingSpace<'a> {
         ladder.choices().filter(is_applicable).collect()
     }
 
-    /// Returns the name of a ladder's rung in use.
-    pub fn rung_in_use(&self, ladder: Ladder) -> String {
-        ladder.current_rung_name(self.scene, self.settings)
+    /// Returns the ladders that change the picture, with their rungs in use.
+    pub fn ladders_in_use(&self) -> Vec<LadderInUse> {
+        let ladders = self.ladders.iter();
+        let in_use = ladders.map(|ladder| LadderInUse {
+            ladder: ladder.name(),
+            in_use: ladder.current_rung_name(self.scene, self.settings),
+        });
+        in_use.collect()
     }
 
     /// Whether a rung is the one in use.
     pub fn is_in_use(&self, choice: RungChoice) -> bool {
-        choice.rung() == self.rung_in_use(choice.ladder())
+        choice.rung() == choice.ladder().current_rung_name(self.scene, self.settings)
     }
 
     /// Returns the settings that change the number of samples alone, by ascending number, with the
@@ -154,13 +156,6 @@ impl<'a> SettingSpace<'a> {
             .collect()
     }
 
-    pub fn cost_choices(&self) -> Vec<RungChoice> {
-        self.cost_ladders
-            .iter()
-            .flat_map(|ladder| ladder.choices())
-            .collect()
-    }
-
     /// Returns the number of samples per pixel of a setting.
     pub fn sample_count(&self, setting: &RungSetting) -> u32 {
         match setting.rung(Ladder::Samples).map(|choice| choice.value()) {
@@ -182,13 +177,12 @@ impl<'a> SettingSpace<'a> {
 
     /// Whether a setting denoises its picture.
     pub fn is_denoised(&self, setting: &RungSetting) -> bool {
-        match setting
-            .rung(Ladder::Reconstruction)
-            .map(|choice| choice.value())
-        {
+        let choice = setting.rung(Ladder::Reconstruction);
+        let is_requested = match choice.map(|choice| choice.value()) {
             Some(RungValue::Denoised(denoised)) => denoised,
             _ => self.settings.denoise,
-        }
+        };
+        is_requested && self.sample_count(setting) >= FEWEST_SAMPLES && !self.is_fixed(setting)
     }
 
     /// Returns the setting whose trial on tiles tells noise and bias of a setting; `None` if no
@@ -213,11 +207,8 @@ impl<'a> SettingSpace<'a> {
 
     /// Returns the names of the ladders that the scene does not call for.
     pub fn unneeded_ladders(&self) -> Vec<&'static str> {
-        let is_unneeded = |ladder: &Ladder| {
-            *ladder != Ladder::Output
-                && !self.ladders.contains(ladder)
-                && !self.cost_ladders.contains(ladder)
-        };
+        let is_unneeded =
+            |ladder: &Ladder| ladder.changes_pictures() && !self.ladders.contains(ladder);
         Ladder::ALL
             .into_iter()
             .filter(is_unneeded)

@@ -5,31 +5,25 @@ use std::time::Instant;
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
-use super::effects::{EffectBench, EffectCosts, ROUNDS};
-use super::outputs::{OutputFormatReport, measure_output_formats};
-use super::renderer::{
-    FilmRequest, REPLICATES, Reference, SettingRenderer, TimedFilm, none_if_cancelled,
-};
+use super::AccuracyEffort;
+use super::renderer::{FilmRequest, REPLICATES, SettingRenderer, TimedFilm, none_if_cancelled};
 use super::setting::RungSetting;
 use super::space::SettingSpace;
 use super::tiles::{crop_picture, tile_count, tile_crop, tiles_of_crop};
 use super::trial::{
     DenoisedTrial, Job, Region, Replicates, TileSums, Trial, mean_of_replicates, replicates_of,
 };
-use super::{AccuracyEffort, ProgressListener};
 use crate::denoise;
-use crate::display::Display;
 use crate::film::{ErrorEstimate, Film, Uncertainty};
 use crate::ladder::Ladder;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Shares of the budget: the ends of the trials and of the costs of effects. What is left is for
+/// Share of the budget at which the trials end. What is left is for the magnified pictures, and for
 /// what a render does after its last ray. In runs of 1 to 180 s the budget was kept to 1.02
 /// (`benches/runs/2026-11-27-advice.md`).
-pub(super) const TRIALS_END: f64 = 0.88;
-const EFFECTS_END: f64 = 0.97;
+pub(super) const TRIALS_END: f64 = 0.92;
 /// Time limit of a trial in expected times, besides the time of the first picture. In Whitted ray
 /// tracing rays split at glass and mirrors, so that their number doubles with each segment of the
 /// path.
@@ -42,12 +36,11 @@ const LEAST_PATIENCE: f64 = 0.005;
 pub(super) struct Study<'a> {
     pub renderer: &'a SettingRenderer<'a>,
     pub space: SettingSpace<'a>,
-    pub display: Display,
     pub effort: AccuracyEffort,
     start: Instant,
     /// The finished trials, in order.
     pub table: Vec<Trial>,
-    pub reference: Option<Reference>,
+    pub reference: Option<TimedFilm>,
     /// Tiles on which rungs are tried, in ascending order.
     pub tiles: Vec<u32>,
     /// The tile with the most light, which is always tried. It stands for itself alone.
@@ -61,21 +54,14 @@ pub(super) struct Study<'a> {
     pub truth: Vec<Vec<[f32; 3]>>,
     /// Round and replicates of the exact setting's latest trial.
     pub exact_replicates: Option<(u64, Replicates)>,
-    baseline_replicates: Replicates,
 }
 
 impl<'a> Study<'a> {
     /// Creates a measurement whose time starts at `start`.
-    pub fn new(
-        renderer: &'a SettingRenderer<'a>,
-        display: Display,
-        effort: AccuracyEffort,
-        start: Instant,
-    ) -> Self {
+    pub fn new(renderer: &'a SettingRenderer<'a>, effort: AccuracyEffort, start: Instant) -> Self {
         Self {
             renderer,
             space: SettingSpace::new(renderer),
-            display,
             effort,
             start,
             table: Vec::new(),
@@ -87,7 +73,6 @@ impl<'a> Study<'a> {
             reference_replicates: Vec::new(),
             truth: Vec::new(),
             exact_replicates: None,
-            baseline_replicates: Vec::new(),
         }
     }
 
@@ -107,7 +92,6 @@ impl<'a> Study<'a> {
                     && can_denoise
                     && !is_fixed
                     && samples >= denoise::FEWEST_SAMPLES,
-                prepares: job.prepares,
                 end,
             })
         };
@@ -189,19 +173,14 @@ impl<'a> Study<'a> {
                 TileSums::new(own, exact, truth, !is_fixed).scale(weight(tile))
             })
             .collect();
-        let has_same_bits = replicates == self.baseline_replicates;
-        if job.setting == self.space.baseline && self.baseline_replicates.is_empty() {
-            self.baseline_replicates = replicates;
-        }
         self.table.push(Trial {
             sums,
-            has_same_bits,
             ..Trial::of_film(job, timed, wall)
         });
     }
 
     /// Keeps the reference and its replicates of each tile.
-    pub fn set_reference(&mut self, reference: Reference, replicates: Replicates) {
+    pub fn set_reference(&mut self, reference: TimedFilm, replicates: Replicates) {
         let means = replicates.iter().map(|of| mean_of_replicates(of));
         self.truth = means.collect();
         self.reference_replicates = replicates;
@@ -226,13 +205,12 @@ impl<'a> Study<'a> {
         round: u64,
     ) -> Result<Option<Picture>, PrepareError> {
         let tiles = tiles_of_crop(self.renderer.settings.size, self.detail);
-        let left = Duration::from_secs_f64(self.seconds_until(EFFECTS_END) / 2.0);
+        let left = Duration::from_secs_f64(self.seconds_until(1.0) / 2.0);
         let timed = self.renderer.render_film(&FilmRequest {
             setting,
             round,
             tiles: Some(&tiles),
             denoises: false,
-            prepares: false,
             end: (self.renderer.now)() + left,
         });
         let crop = |timed: TimedFilm| crop_picture(&timed.film.mean_colours(), self.detail);
@@ -255,7 +233,7 @@ impl<'a> Study<'a> {
         let share = tiles / tile_count(self.renderer.settings.size) as f64;
         let sample = share * self.seconds_of_sample();
         let count = |setting: &RungSetting| f64::from(self.space.sample_count(setting));
-        let left = self.seconds_until(EFFECTS_END) / 2.0;
+        let left = self.seconds_until(1.0) / 2.0;
         let mut settings = self.space.sample_settings();
         settings.retain(|setting| sample * count(setting) < left);
         let is_random = self.table.first().is_some_and(|trial| trial.is_random);
@@ -266,45 +244,6 @@ impl<'a> Study<'a> {
         };
         let most = settings.pop().filter(|setting| count(setting) >= least)?;
         Some(most.with_rungs(self.space.exact.choices()))
-    }
-
-    /// Measures every output format on the whole picture.
-    pub fn measure_outputs(&self) -> Vec<OutputFormatReport> {
-        measure_output_formats(
-            &self.overview.1,
-            self.display,
-            self.renderer.settings.output,
-            (self.renderer.stopwatch, ROUNDS),
-        )
-    }
-
-    /// Measures the cost of each effect of the scene with the baseline, in the rest of the budget;
-    /// `None` if the time does not suffice for one effect.
-    ///
-    /// # Errors
-    /// A render that cannot be prepared.
-    pub fn measure_effect_costs(
-        &self,
-        listener: &mut dyn ProgressListener,
-    ) -> Result<Option<EffectCosts>, PrepareError> {
-        let renderer = self.renderer;
-        let (scene, settings) = self.space.baseline.apply(renderer.scene, renderer.settings);
-        let start = (renderer.now)();
-        let bench = EffectBench {
-            scene: &scene,
-            observer: renderer.observer,
-            stopwatch: renderer.stopwatch,
-            now: renderer.now,
-            start,
-            budget: self
-                .instant_of(EFFECTS_END)
-                .saturating_duration_since(start),
-        };
-        let from = self.spent_share();
-        let mut later = |label: &str, share: f64| {
-            listener.report_step(label, from + share * (1.0 - from));
-        };
-        none_if_cancelled(bench.measure_costs(&settings, &mut later))
     }
 
     /// Returns the share of the picture's tiles, 0 to 1, on which rungs are tried.

@@ -1,8 +1,6 @@
 //! The table of trials. A trial is one render of a setting on a region of the picture, reduced to
 //! its time, rays and sums of errors. Every figure of the report is a function of the trials.
 
-use core::fmt;
-
 use super::estimate::ConfidenceInterval;
 use super::renderer::TimedFilm;
 use super::setting::RungSetting;
@@ -17,8 +15,6 @@ pub(super) struct Job {
     pub region: Region,
     /// Number that is added to the seed.
     pub round: u64,
-    /// Whether the scene is prepared anew, so that the preparation is timed.
-    pub prepares: bool,
 }
 
 impl Job {
@@ -36,15 +32,7 @@ impl Job {
             setting: setting.clone(),
             region: Region::Tiles,
             round,
-            prepares: false,
         }
-    }
-}
-
-impl fmt::Display for Job {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let word = if self.prepares { "timing " } else { "" };
-        write!(f, "{word}{}", self.setting)
     }
 }
 
@@ -67,11 +55,6 @@ pub(super) struct Trial {
     pub seconds: f64,
     /// Wall-clock seconds, with preparation and denoising.
     pub wall: f64,
-    pub rays: u64,
-    /// Seconds of preparation, summed over all threads; zero if the scene was prepared before.
-    pub preparing: f64,
-    /// Memory of geometry and acceleration structure in bytes.
-    pub geometry: u64,
     /// Sums of errors for each tile of the study; empty for a whole picture.
     pub sums: Vec<TileSums>,
     /// Claim of a whole picture; `None` without random numbers or with a single replicate.
@@ -80,8 +63,6 @@ pub(super) struct Trial {
     pub denoised: Option<DenoisedTrial>,
     /// Whether other random numbers would change the picture.
     pub is_random: bool,
-    /// Whether the pictures equal those of the baseline in the same round to the bit.
-    pub has_same_bits: bool,
     /// The magnified part of a whole picture.
     pub detail: Option<Picture>,
 }
@@ -103,9 +84,6 @@ impl Trial {
         Self {
             seconds: timed.seconds,
             wall,
-            rays: timed.film.counters().ray_count(),
-            preparing: timed.preparing,
-            geometry: timed.geometry,
             is_random: timed.is_random,
             ..Self::too_long(job.clone())
         }
@@ -117,34 +95,25 @@ impl Trial {
             job,
             seconds: f64::INFINITY,
             wall: 0.0,
-            rays: 0,
-            preparing: 0.0,
-            geometry: 0,
             sums: Vec::new(),
             claim: None,
             denoised: None,
             is_random: false,
-            has_same_bits: false,
             detail: None,
         }
     }
 }
 
-/// The two measures of an error, as indices: relative to the reference, and in radiance.
-pub(super) const RELATIVE: usize = 0;
-pub(super) const ABSOLUTE: usize = 1;
-
-/// Sums over the pixels of a tile. Errors are averaged over channels; each has a relative and an
-/// absolute sum.
+/// Sums over the pixels of a tile. Errors are relative to the reference and averaged over channels.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TileSums {
     pub pixels: f64,
     /// Squared errors of noise of a single picture.
-    pub noise: [f64; 2],
+    pub noise: f64,
     /// Squared differences from the exact picture that renders with other random numbers share.
-    pub bias: [f64; 2],
+    pub bias: f64,
     /// Variances of the sums of `bias` by noise.
-    pub bias_variance: [f64; 2],
+    pub bias_variance: f64,
     /// Radiance of the picture, and of the exact picture.
     pub light: [f64; 2],
 }
@@ -169,11 +138,10 @@ impl TileSums {
         let pairs = own.len().max(exact.len());
         let (mut values, mut apart) = (vec![0.0; own.len()], vec![0.0; pairs]);
         for (pixel, colour) in truth.iter().enumerate() {
-            let mut variances = [0.0; 2];
-            let mut biases = [0.0; 2];
+            let (mut bias, mut variance) = (0.0, 0.0);
             for (i, &reference) in colour.iter().enumerate() {
                 let value = |of: &[Vec<[f32; 3]>], r: usize| f64::from(of[r % of.len()][pixel][i]);
-                let weights = [relative_error_weight(reference), 1.0 / 3.0];
+                let weight = relative_error_weight(reference);
                 values
                     .iter_mut()
                     .enumerate()
@@ -182,43 +150,35 @@ impl TileSums {
                     *a = value(own, r) - value(exact, r);
                 });
                 let (mean, mut noise) = mean_and_variance(&values);
-                let (difference, variance) = mean_and_variance(&apart);
-                if !(mean + noise + difference + variance).is_finite() {
+                let (difference, spread) = mean_and_variance(&apart);
+                if !(mean + noise + difference + spread).is_finite() {
                     continue;
                 }
                 noise /= if is_split { own.len() as f64 } else { 1.0 };
-                let variance = variance / pairs as f64;
+                let spread = spread / pairs as f64;
                 let exact_mean = (0..exact.len()).map(|r| value(exact, r)).sum::<f64>();
                 sums.light[0] += mean;
                 sums.light[1] += exact_mean / exact.len() as f64;
-                for (of, weight) in weights.into_iter().enumerate() {
-                    sums.noise[of] += weight * noise;
-                    // The square of the mean contains the variance of the mean.
-                    biases[of] += weight * (difference * difference - variance);
-                    variances[of] += weight * variance;
-                }
+                sums.noise += weight * noise;
+                // The square of the mean contains the variance of the mean.
+                bias += weight * (difference * difference - spread);
+                variance += weight * spread;
             }
-            for of in [RELATIVE, ABSOLUTE] {
-                // Variance of a squared mean minus its variance; the channels count as fully
-                // correlated.
-                let (bias, variance) = (biases[of], variances[of]);
-                sums.bias[of] += bias;
-                sums.bias_variance[of] +=
-                    2.0 * variance * variance + 4.0 * bias.max(0.0) * variance;
-            }
+            // Variance of a squared mean minus its variance; the channels count as fully correlated.
+            sums.bias += bias;
+            sums.bias_variance += 2.0 * variance * variance + 4.0 * bias.max(0.0) * variance;
         }
         sums
     }
 
     /// Returns the sums of a tile that stands for `weight` tiles.
     pub fn scale(self, weight: f64) -> Self {
-        let times = |of: [f64; 2], weight: f64| of.map(|sum| weight * sum);
         Self {
             pixels: weight * self.pixels,
-            noise: times(self.noise, weight),
-            bias: times(self.bias, weight),
-            bias_variance: times(self.bias_variance, weight * weight),
-            light: times(self.light, weight),
+            noise: weight * self.noise,
+            bias: weight * self.bias,
+            bias_variance: weight * weight * self.bias_variance,
+            light: self.light.map(|sum| weight * sum),
         }
     }
 }
@@ -241,14 +201,14 @@ fn relative_error_weight(reference: f32) -> f64 {
 /// Returns the mean squared bias over the picture from the tiles of one or more rounds, with its
 /// interval. `share` is the share of the picture's tiles, 0 to 1, that were rendered: the choice of
 /// tiles adds to the uncertainty.
-pub(super) fn mean_bias(tiles: &[&TileSums], of: usize, share: f64) -> ConfidenceInterval {
+pub(super) fn mean_bias(tiles: &[&TileSums], share: f64) -> ConfidenceInterval {
     let sum = |value: &dyn Fn(&TileSums) -> f64| tiles.iter().map(|of| value(of)).sum::<f64>();
     let pixels = sum(&|tile| tile.pixels);
-    let value = sum(&|tile| tile.bias[of]) / pixels;
+    let value = sum(&|tile| tile.bias) / pixels;
     let count = tiles.len() as f64;
-    let between = sum(&|tile| (tile.bias[of] - value * tile.pixels).powi(2));
+    let between = sum(&|tile| (tile.bias - value * tile.pixels).powi(2));
     let chosen = (1.0 - share) * between * count / (count - 1.0).max(1.0);
-    let error = (sum(&|tile| tile.bias_variance[of]) + chosen).sqrt() / pixels;
+    let error = (sum(&|tile| tile.bias_variance) + chosen).sqrt() / pixels;
     let half = super::estimate::NORMAL * error;
     ConfidenceInterval {
         value: value.max(0.0),
@@ -302,23 +262,22 @@ mod tests {
         let apart = TileSums::new(&set(0.55, 0), &set(0.5, 10), &truth, true);
         let paired = TileSums::new(&set(0.55, 0), &set(0.5, 0), &truth, true);
         for sums in [&apart, &paired] {
-            let noise = sums.noise[RELATIVE] / weight;
+            let noise = sums.noise / weight;
             assert!((noise * 48.0 - 1.0).abs() < 0.05, "{noise}");
-            assert!((sums.noise[ABSOLUTE] / 1024.0 * 48.0 - 1.0).abs() < 0.05);
         }
-        let bias = mean_bias(&[&paired], RELATIVE, 1.0);
+        let bias = mean_bias(&[&paired], 1.0);
         assert!(
             (bias.value / (0.0025 / 0.26) - 1.0).abs() < 1e-3,
             "{bias:?}"
         );
         assert!(bias.high < 1.01 * bias.low);
-        let rough = mean_bias(&[&apart], RELATIVE, 1.0);
+        let rough = mean_bias(&[&apart], 1.0);
         assert!(
             rough.low < bias.value && bias.value < rough.high,
             "{rough:?}"
         );
         let single = TileSums::new(&set(0.55, 0), &set(0.5, 10), &truth, false);
-        assert!((single.noise[ABSOLUTE] / 1024.0 * 12.0 - 1.0).abs() < 0.05);
+        assert!((single.noise / weight * 12.0 - 1.0).abs() < 0.05);
     }
 
     /// Protects: the interval of a bias contains it in nine of ten cases, where it is a tenth of the
@@ -335,8 +294,8 @@ mod tests {
                 let set = |grey, seed: u64| (0..4).map(|r| replicate(grey, seed + r)).collect();
                 let (own, exact): (Vec<_>, Vec<_>) = (set(grey, 0), set(0.5, 4));
                 let sums = TileSums::new(&own, &exact, &[[0.5; 3]; 64], true);
-                let bias = mean_bias(&[&sums], ABSOLUTE, 1.0);
-                let truth = f64::from(grey - 0.5).powi(2);
+                let bias = mean_bias(&[&sums], 1.0);
+                let truth = f64::from(grey - 0.5).powi(2) / 0.26;
                 bias.low <= truth && truth <= bias.high
             };
             let count = (0..1000).filter(held).count();

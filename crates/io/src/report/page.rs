@@ -9,7 +9,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use raywright_core::accuracy::{AccuracyReport, DetailPicture, MeasuredSetting};
 use raywright_core::display::Display;
-use raywright_core::effects::EffectReport;
+use raywright_core::ladder::Ladder;
 use raywright_core::picture::Picture;
 use raywright_core::settings::Crop;
 
@@ -34,13 +34,8 @@ pub struct AccuracyPage<'a> {
     pub recommendation: String,
     /// Command that renders the scene with its own settings.
     pub own_command: String,
-    /// Flags of each setting on the frontier, which are appended to `own_command`. No measured
-    /// setting is both faster and more accurate than a setting on the frontier.
+    /// Flags of each setting of the report, which are appended to `own_command`.
     pub flags: Vec<String>,
-    /// Name of each magnified picture: the setting in use, flags, or the reference.
-    pub details: Vec<String>,
-    /// Effects of the scene.
-    pub effects: EffectReport,
     /// Display settings for the pictures in the report.
     pub display: Display,
 }
@@ -123,7 +118,6 @@ impl AccuracyPage<'_> {
     /// from 1, as in the table.
     pub fn plot(&self) -> Plot {
         let [width, height] = self.report.size;
-        let flags = &self.flags;
         Plot {
             title: self.title(),
             subtitle: "less time is to the left, less error below".to_owned(),
@@ -140,8 +134,8 @@ impl AccuracyPage<'_> {
             marks: Vec::new(),
             is_falling: true,
             key: (1..)
-                .zip(flags)
-                .map(|(i, flags)| format!("({i})  {flags}"))
+                .zip(&self.report.frontier)
+                .map(|(i, &row)| format!("({i})  {}", self.flags[row]))
                 .collect(),
         }
     }
@@ -151,12 +145,12 @@ impl AccuracyPage<'_> {
     /// the first two lines is left out.
     fn plot_lines(&self) -> Vec<PlotLine> {
         let report = self.report;
-        let frontier = (1..).zip(&report.frontier).zip(&self.flags);
-        let frontier = frontier.filter_map(|((i, of), flags)| {
-            named_point(&of.measured, flags.clone(), format!("({i})"))
+        let frontier = (1..).zip(&report.frontier).filter_map(|(i, &row)| {
+            let (measured, flags) = (&report.settings[row], self.flags[row].clone());
+            named_point(measured, flags, format!("({i})"))
         });
         let own = "as it is";
-        let own_point = named_point(&report.own, own.to_owned(), own.to_owned());
+        let own_point = named_point(report.own(), own.to_owned(), own.to_owned());
         let mut lines = vec![
             PlotLine {
                 name: "settings worth their time".to_owned(),
@@ -169,21 +163,18 @@ impl AccuracyPage<'_> {
         ];
         let drawn = lines.iter().flat_map(|line| &line.points);
         let drawn: Vec<_> = drawn.map(|point| (point.x, point.y)).collect();
-        for ladder in &report.ladders {
-            let is_samples = ladder.ladder == "samples";
-            for rung in &ladder.rungs {
-                let is_shown = is_samples || !rung.in_use && !ladder.is_dominated(rung);
-                let measured = rung.measured.as_ref();
-                let measured = measured.filter(|_| is_shown && rung.cost.is_none());
-                let label = format!("{}={}", ladder.ladder, rung.rung);
-                let (line, name) = match is_samples {
-                    true => (2, rung.rung.clone()),
-                    false => (3, label.clone()),
-                };
-                let point = measured.and_then(|measured| named_point(measured, label, name));
-                let is_new = |point: &PlotPoint| !drawn.contains(&(point.x, point.y));
-                lines[line].points.extend(point.filter(is_new));
-            }
+        for measured in report.settings.iter().filter(|of| !of.is_dominated()) {
+            let Some(choice) = measured.single_rung() else {
+                continue;
+            };
+            let label = choice.to_string();
+            let (line, name) = match choice.ladder() {
+                Ladder::Samples => (2, choice.rung().to_owned()),
+                _ => (3, label.clone()),
+            };
+            let point = named_point(measured, label, name);
+            let is_new = |point: &PlotPoint| !drawn.contains(&(point.x, point.y));
+            lines[line].points.extend(point.filter(is_new));
         }
         lines
     }
@@ -208,15 +199,13 @@ impl AccuracyPage<'_> {
         }
         .to_svg();
         let recommendation = html_with_code(&self.recommendation);
-        let html = |sections: Vec<ReportSection>| -> String {
-            sections.iter().map(ReportSection::to_html).collect()
-        };
-        let frontier = html(self.frontier_section().into_iter().collect());
+        let sections = self.sections();
+        let sections: Vec<String> = sections.iter().map(ReportSection::to_html).collect();
+        let (frontier, others) = (&sections[0], sections[1..].concat());
         let body = format!(
-            "<p class=\"answer\">{recommendation}</p>\n{}<h2>Error against time</h2>\n<figure><div class=\"plot\">{plot}</div>\n<figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}<h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{}",
+            "<p class=\"answer\">{recommendation}</p>\n{}<h2>Error against time</h2>\n<figure><div class=\"plot\">{plot}</div>\n<figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}<h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{others}",
             self.pictures_html(),
             escape_xml(&self.command),
-            html(self.detail_sections()),
         );
         html_document(&self.title(), &body, include_str!("page.js"))
     }
@@ -247,14 +236,18 @@ impl AccuracyPage<'_> {
             false => "Rungs were tried on the tiles with thin frames.",
         };
         let (mut options, mut figures) = (String::new(), String::new());
-        for (name, detail) in self.details.iter().zip(&pictures.details) {
-            let name = escape_xml(name);
+        for detail in &pictures.details {
+            let name = escape_xml(match detail.row {
+                None => "reference",
+                Some(0) => "in use",
+                Some(row) => &self.flags[row],
+            });
             let _ = write!(options, "<option>{name}</option>");
             let _ = writeln!(
                 figures,
                 "<figure><img data-name=\"{name}\" alt=\"{name}\" src=\"{}\"><figcaption><b>{name}</b><br>{}</figcaption></figure>",
                 self.png_data_uri(&detail.picture),
-                detail_caption(detail),
+                self.detail_caption(detail),
             );
         }
         let (
@@ -267,7 +260,7 @@ impl AccuracyPage<'_> {
             [columns, rows],
         ) = (detail, self.report.size);
         // Two pictures are compared; one alone shows nothing.
-        let is_magnified = self.details.len() > 1;
+        let is_magnified = pictures.details.len() > 1;
         let whole = format!(
             "<figure class=\"whole\" style=\"max-width:{}px\"><div class=\"frames\"><img alt=\"the picture\" src=\"{}\"><svg viewBox=\"0 0 {columns} {rows}\" preserveAspectRatio=\"none\">{frames}{}</svg></div>\n<figcaption>The picture. {measured}{}</figcaption></figure>\n",
             WIDEST.min(MOST_SCALE * columns),
@@ -292,6 +285,17 @@ impl AccuracyPage<'_> {
         )
     }
 
+    /// Describes the error and the time of a magnified picture's setting.
+    fn detail_caption(&self, detail: &DetailPicture) -> String {
+        let Some(row) = detail.row else {
+            return "as exact as the time allowed".to_owned();
+        };
+        let measured = &self.report.settings[row];
+        let error = format_uncertain(&measured.errors.relmse.map(f64::sqrt), format_number);
+        let time = format_uncertain(&measured.seconds, format_precise_duration);
+        format!("error {error}<br>CPU time {time}")
+    }
+
     fn png_data_uri(&self, picture: &Picture) -> String {
         // A picture that cannot be encoded becomes an empty image.
         let bytes = encode_png(picture, self.display, &PictureMetadata::default());
@@ -300,16 +304,6 @@ impl AccuracyPage<'_> {
             STANDARD.encode(bytes.unwrap_or_default())
         )
     }
-}
-
-/// Describes the error and the time of a magnified picture's setting.
-fn detail_caption(detail: &DetailPicture) -> String {
-    let Some(measured) = &detail.measured else {
-        return "as exact as the time allowed".to_owned();
-    };
-    let error = format_uncertain(&measured.errors.relmse.map(f64::sqrt), format_number);
-    let time = format_uncertain(&measured.seconds, format_precise_duration);
-    format!("error {error}<br>CPU time {time}")
 }
 
 /// Returns the means of squares of pixels, as large as they need to be for the page's width.

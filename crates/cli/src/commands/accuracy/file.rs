@@ -1,38 +1,32 @@
-//! Files of `accuracy`: JSON, CSV, a page or a plot, with everything needed to judge and to repeat
+//! Files of `accuracy`: JSON, a page or a plot, with everything needed to judge and to repeat
 //! the measurement.
 
 use raywright_core::Settings;
 use raywright_core::accuracy::AccuracyReport;
 use raywright_core::bench::clock::CLOCK_NAME;
 use raywright_core::display::Display;
-use raywright_core::effects::assess_effects;
 use raywright_io::LoadedScene;
 use raywright_io::report::{
     AccuracyPage, format_count, format_duration, format_significant_digits,
 };
 use serde::Serialize;
 
-use super::csv::format_csv;
 use super::recommendation::{RenderCommand, format_recommendation};
 use crate::console;
 use crate::machine::processor_name;
 use crate::origin::command_line;
 
-/// Version of the layout of [`AccuracyDocument`]. Since version 6, keys are nouns
-/// (`recommendations`, `cost`, `sufficient_budget`, `inapplicable`, `reused`), and `ladders` holds
-/// those that change no picture, too. Since version 5, intervals state whether they are
-/// `known`, and rungs are figures of the setting in use, without `base`, `flip` and `own_error`.
-/// Since version 4, all errors are roots of mean squares.
-const FORMAT: u32 = 6;
+/// Version of the layout of [`AccuracyDocument`]. Since version 7, `settings` holds each measured
+/// setting once, and `frontier` and `recommendations` are rows of it; ladders that change no picture,
+/// output formats and effects are left to `bench`, the documentation and `explain --measure`. Since
+/// version 6, keys are nouns (`recommendations`, `sufficient_budget`, `inapplicable`).
+const FORMAT: u32 = 7;
 
 /// Content of an output file of `accuracy`, selected by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AccuracyFileKind {
     /// The whole report as JSON.
     Json,
-    /// Comma-separated values: a line for each rung (quality level of a setting), effect and
-    /// combination of rungs.
-    Csv,
     /// An HTML page with plot, tables and pictures.
     Html,
     /// The plot of error against time.
@@ -41,9 +35,8 @@ pub enum AccuracyFileKind {
 
 impl AccuracyFileKind {
     /// Kinds of files, each with the extension that selects it.
-    pub const ALL: [(&'static str, Self); 4] = [
+    pub const ALL: [(&'static str, Self); 3] = [
         ("html", Self::Html),
-        ("csv", Self::Csv),
         ("json", Self::Json),
         ("svg", Self::Svg),
     ];
@@ -92,39 +85,31 @@ impl<'a> AccuracyDocument<'a> {
             "thread CPU time" => "CPU time of all threads",
             other => other,
         };
-        let command = RenderCommand::new(
-            &loaded.source.name,
-            loaded.source.format.is_model(),
-            requested,
-        );
-        let format_flags = |flags: &[String]| match command.format_flags(flags) {
-            flags if flags.is_empty() => "as it is".to_owned(),
-            flags => flags,
-        };
-        let details = report.pictures.details.iter();
-        let details = details.map(|detail| match detail.measured {
-            Some(_) if detail.flags.is_empty() => "in use".to_owned(),
-            Some(_) => format_flags(&detail.flags),
-            None => "reference".to_owned(),
-        });
-        let frontier = report.frontier.iter();
+        let is_model = loaded.source.format.is_model();
+        let command = RenderCommand::new(&loaded.source.name, is_model, requested, settings);
+        let rows = report.settings.iter();
+        let flags: Vec<String> = rows
+            .map(|row| command.format_flags(&row.setting.flags()))
+            .collect();
         let scene = &loaded.source.name;
+        let render = |&row: &usize| format!("{} {}", command.base, flags[row]);
+        let commands = report.frontier.iter().map(render);
         Self {
-            commands: frontier
-                .clone()
-                .map(|of| format!("{} {}", command.base, command.format_flags(&of.flags)))
-                .map(|command| command.trim_end().to_owned())
-                .collect(),
+            commands: commands.map(|of| of.trim_end().to_owned()).collect(),
             page: AccuracyPage {
                 scene,
                 circumstances: describe_conditions(processor.as_deref(), threads, clock, report),
                 command: command_line(),
                 report,
                 recommendation: format_recommendation(report, &command),
-                flags: frontier.map(|of| format_flags(&of.flags)).collect(),
-                details: details.collect(),
+                flags: flags
+                    .into_iter()
+                    .map(|flags| match flags.is_empty() {
+                        true => "as it is".to_owned(),
+                        false => flags,
+                    })
+                    .collect(),
                 own_command: command.base,
-                effects: assess_effects(&loaded.scene, settings),
                 display: Display::from_render(&loaded.scene.render),
             },
             format: FORMAT,
@@ -143,7 +128,6 @@ impl<'a> AccuracyDocument<'a> {
     pub fn format_as(&self, kind: AccuracyFileKind) -> String {
         match kind {
             AccuracyFileKind::Json => console::format_json(self),
-            AccuracyFileKind::Csv => format_csv(self.report),
             AccuracyFileKind::Html => self.page.to_html(),
             AccuracyFileKind::Svg => self.page.plot().to_svg(),
         }
@@ -183,14 +167,9 @@ fn describe_conditions(
             "{machine}{threads}; times are {clock} without preparation; intervals have 95 % confidence"
         ),
         format!(
-            "reference picture{}: double precision (f64), the most exact rung of every ladder that is fast enough, {} samples a pixel; standard error {}",
-            if reference.reused {
-                " (of an earlier run)"
-            } else {
-                ""
-            },
+            "reference picture: double precision (f64), the most exact rung of every ladder that is fast enough, {} samples a pixel; its own error {}",
             reference.samples,
-            format_significant_digits(reference.standard_error, 2),
+            format_significant_digits(reference.error, 2),
         ),
         format!("measured in {}{cut}", format_duration(report.seconds)),
     ]

@@ -1,18 +1,15 @@
 //! `accuracy`: time and error of each rung (quality level) of each ladder (all levels of a setting)
 //! on a scene, and the combinations of rungs that are worth their time.
 
-mod csv;
 mod file;
 mod recommendation;
-mod reference;
 mod text;
 
 use std::ffi::OsString;
 use std::path::Path;
 
 use raywright_core::accuracy::{
-    AccuracyEffort, AccuracyReport, MeasureError, MeasurementStart, ProgressListener,
-    ReusableReference, measure_accuracy,
+    AccuracyEffort, AccuracyReport, MeasureError, ProgressListener, measure_accuracy,
 };
 use raywright_core::{Observer, Settings};
 use raywright_io::{Error, LoadedScene};
@@ -34,34 +31,16 @@ pub fn run(mut session: Session, args: &AccuracyArgs) -> Result<(), Failure> {
     let files = resolve_report_files(args, &mut session.outputs)?;
     let default = scene_input::default_scene_name;
     let name = args.scene.clone().map_or_else(default, Ok)?;
-    let kept = args.reference.as_deref();
-    kept.map_or(Ok(()), |path| {
-        session.outputs.add_output(path, "--reference")
-    })?;
     let options = plan::build_load_options(&args.changes, args.max_memory);
     let mut loaded = session.load_to_render(&name, &options)?;
-    let reference = kept
-        .map(|path| reference::read_reference(path, &options.limits))
-        .transpose()?
-        .flatten();
     let (watch, mut steps) = (session.start_work(), StepProgress::start(session.verbosity));
-    let measure = || measure(args, &mut loaded, reference, (&watch, &mut steps));
-    let (settings, report, used_reference) = session.run(measure)?;
+    let (settings, report) = session.run(|| measure(args, &mut loaded, (&watch, &mut steps)))?;
     drop(steps);
     let is_stopped = watch.was_stopped();
     let words = command_words::insert_command(origin::run_arguments().to_vec());
     let flags = format_measurement_flags(words);
     let threads = session.run(rayon::current_num_threads);
     let document = AccuracyDocument::new(&loaded, &flags, &settings, threads, &report);
-    // The measurement is worth reporting even if the reference cannot be written.
-    let reference_result = kept
-        .filter(|_| !report.reference.reused && !is_stopped)
-        .map_or(Ok(()), |path| {
-            let free = session.outputs.beside(&loaded.inputs);
-            reference::write_reference(path, used_reference, &loaded, free)?;
-            session.verbosity.print_result_message(path.display());
-            Ok(())
-        });
     for (path, kind) in files {
         let text = document.format_as(kind);
         if is_stopped {
@@ -77,7 +56,7 @@ pub fn run(mut session: Session, args: &AccuracyArgs) -> Result<(), Failure> {
             "interrupted; the report contains the measurements that were finished",
         ));
     }
-    reference_result
+    Ok(())
 }
 
 /// Resolves the files of `-o` and their kinds, and adds them to the outputs.
@@ -116,62 +95,49 @@ pub fn run_embedded(
     (command, flags): (String, &[String]),
     observer: &dyn Observer,
 ) -> Result<String, Failure> {
-    if let Some(path) = args.output.iter().chain(&args.reference).next() {
+    if let Some(path) = args.output.first() {
         return Err(Error::invalid_usage(format_args!(
-            "{}: this call returns the report and writes no file; leave out -o and --reference",
+            "{}: this call returns the report and writes no file; leave out -o",
             path.display()
         ))
         .into());
     }
     let mut steps = StepProgress::start(Verbosity::Quiet);
-    let (settings, report, _) = measure(args, &mut loaded, None, (observer, &mut steps))?;
+    let (settings, report) = measure(args, &mut loaded, (observer, &mut steps))?;
     let threads = rayon::current_num_threads();
     let mut document = AccuracyDocument::new(&loaded, flags, &settings, threads, &report);
     document.command = command;
     Ok(console::format_json(&document))
 }
 
-/// Measures a scene with its own settings as changed by the flags, which are returned first.
-/// `reference` is the reference picture of an earlier measurement; the one in use is returned last.
+/// Measures a scene as `render` would render it with these flags. Returns its settings, too.
 fn measure(
     args: &AccuracyArgs,
     loaded: &mut LoadedScene,
-    reference: Option<ReusableReference>,
     (observer, steps): (&dyn Observer, &mut StepProgress),
-) -> Result<(Settings, AccuracyReport, ReusableReference), Failure> {
+) -> Result<(Settings, AccuracyReport), Failure> {
     let options = plan::build_load_options(&args.changes, args.max_memory);
     let choices = RungChoices::from(&args.choices);
     let mut settings = Settings::from_scene(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
     choices.apply(&mut loaded.scene, &mut settings)?;
+    choices.denoise_model(loaded, false, &mut settings);
     settings.max_memory = Some(options.limits.memory_bytes);
-    let start = MeasurementStart {
-        scene: &origin::format_scene_identity(loaded, &options, &choices),
-        reference,
-    };
     let effort = AccuracyEffort {
         budget: args.budget,
         size: args.size,
         rounds: args.rounds,
     };
-    let measured = measure_accuracy(&loaded.scene, &settings, &effort, start, observer, steps);
-    let (report, reference) = measured.map_err(|error| measure_failure(args, loaded, error))?;
-    Ok((settings, report, reference))
-}
-
-fn measure_failure(args: &AccuracyArgs, loaded: &LoadedScene, error: MeasureError) -> Failure {
-    match (error, &args.reference) {
-        (MeasureError::Reference(error), Some(path)) => {
-            reference::wrong_reference_failure(path, &error)
-        }
-        (MeasureError::Reference(error), None) => Error::invalid_usage(error).into(),
-        (MeasureError::Prepare(error), _) => prepare_failure(&loaded.source, error),
-        (error @ MeasureError::InsufficientTime, _) => Failure::new(
+    let measured = measure_accuracy(&loaded.scene, &settings, &effort, observer, steps);
+    let report = measured.map_err(|error| match error {
+        MeasureError::Prepare(error) => prepare_failure(&loaded.source, error),
+        error => Failure::new(
             Exit::Failed,
             format_args!("{}: {error}", loaded.source.name),
         )
         .with_hint("give a larger --budget or a smaller --size"),
-    }
+    })?;
+    Ok((settings, report))
 }
 
 /// Formats the flags of a command line that `render` has too, without those of the run itself; a

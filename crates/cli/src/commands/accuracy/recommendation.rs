@@ -1,6 +1,7 @@
 //! Summary of `accuracy` in sentences: time and error of the scene as it is, and recommended
 //! settings.
 
+use raywright_core::Settings;
 use raywright_core::accuracy::{AccuracyReport, MeasuredSetting, Recommendation, Recommendations};
 use raywright_io::report::{
     format_budget, format_duration, format_significant_digits, format_uncertain,
@@ -17,10 +18,6 @@ pub struct RenderCommand {
     /// Rungs (quality levels of settings) among the flags of the measurement, as `LADDER=RUNG`.
     measurement_rungs: Vec<String>,
 }
-
-/// Rungs of a measured model that no flag chooses. `render` denoises a model with fewer samples, so
-/// that its commands have to state them.
-const MEASURED_MODEL_RUNGS: [&str; 2] = ["samples=64", "reconstruction=unbiased"];
 
 /// Returns the text `LADDER=RUNG` of a `--rung` flag; `None` for any other flag.
 fn parse_rung_flag(flag: &str) -> Option<&str> {
@@ -47,9 +44,11 @@ fn replace_rungs<'a>(rungs: &[&'a str], chosen: &'a [String]) -> Vec<&'a str> {
 
 impl RenderCommand {
     /// Splits the flags of a measurement into `--rung` flags and all others, and adds the others to
-    /// the `render` command for `scene`, which may be a model.
-    pub fn new(scene: &str, is_model: bool, requested: &[String]) -> Self {
-        let own: &[&str] = if is_model { &MEASURED_MODEL_RUNGS } else { &[] };
+    /// the `render` command for `scene`. A model has 64 samples with `--no-denoise` and 16 without, so
+    /// that its commands state the samples of the measured `settings`.
+    pub fn new(scene: &str, is_model: bool, requested: &[String], settings: &Settings) -> Self {
+        let samples = format!("samples={}", settings.samples());
+        let own: &[&str] = if is_model { &[&samples] } else { &[] };
         let others = requested
             .iter()
             .filter(|flag| parse_rung_flag(flag).is_none())
@@ -93,7 +92,7 @@ impl RenderCommand {
 
 /// Formats the summary: error and time of the setting in use, then the recommended settings.
 pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -> String {
-    let measured = &report.own;
+    let measured = report.own();
     let time = format!(
         "{} of CPU time",
         format_uncertain(&measured.seconds, format_duration)
@@ -110,13 +109,24 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
         same_error,
         biased,
     } = &report.recommendations;
+    let format_advice = |advice: &Recommendation| {
+        let row = &report.settings[advice.row];
+        // The ratio of two errors may be known where neither is.
+        let error = match row.errors.relmse.map(f64::sqrt).is_known() {
+            true => format!("has the error {} for", format_error(row)),
+            false => "takes".to_owned(),
+        };
+        let time = format_uncertain(&row.ratio, |value| format_significant_digits(value, 2));
+        let flags = command.format_flags(&row.setting.flags());
+        format!("`{flags}` {error} {time} x the time")
+    };
     let advice = |advice: &Option<Recommendation>, what: &str, none: &str| match advice {
         Some(advice) => {
             let doubt = if advice.certain { "" } else { "Probably " };
             let what = format!("{doubt}{what}");
             let (first, rest) = what.split_at(1);
             let first = first.to_uppercase();
-            format!(" {first}{rest}: {}.", format_advice(advice, command))
+            format!(" {first}{rest}: {}.", format_advice(advice))
         }
         None => format!(" No setting is known to have {none}."),
     };
@@ -131,10 +141,10 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
     let none = "the same error in clearly less time";
     text += &advice(same_error, "the same error", none);
     if let Some(biased) = biased {
-        let light = 100.0 * (biased.measured.errors.light.value - 1.0);
+        let light = 100.0 * (report.settings[biased.row].errors.light.value - 1.0);
         text += &format!(
             " Faster, with bias: {}, and {light:+.1} % light.",
-            format_advice(biased, command)
+            format_advice(biased)
         );
     }
     if let Some(seconds) = report.sufficient_budget {
@@ -153,28 +163,14 @@ fn format_error(measured: &MeasuredSetting) -> String {
     })
 }
 
-/// Formats a recommended setting: its flags, its error, and its time relative to the setting in
-/// use.
-fn format_advice(advice: &Recommendation, command: &RenderCommand) -> String {
-    // The ratio of two errors may be known where neither is.
-    let error = if advice.measured.errors.relmse.is_known() {
-        format!("has the error {} for", format_error(&advice.measured))
-    } else {
-        "takes".to_owned()
-    };
-    format!(
-        "`{}` {error} {} x the time",
-        command.format_flags(&advice.flags),
-        format_uncertain(&advice.time, |value| format_significant_digits(value, 2))
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use clap::Parser;
     use raywright_core::accuracy::{ConfidenceInterval, RungSetting};
-    use raywright_core::ladder::Ladder;
+    use raywright_core::film::EstimateDoubt;
+    use raywright_core::ladder::{Ladder, RungChoice};
     use raywright_core::scene::Scene;
+    use raywright_core::settings::Sampling;
 
     use super::super::text::tests::report;
     use super::*;
@@ -183,6 +179,13 @@ mod tests {
 
     fn words(list: &[&str]) -> Vec<String> {
         list.iter().map(|&word| word.to_owned()).collect()
+    }
+
+    fn own_settings() -> Settings {
+        Settings {
+            sampling: Sampling::General(64),
+            ..Settings::from_scene(&Scene::default())
+        }
     }
 
     /// Protects: a command repeats the flags of the measurement, except for ladders whose rung the
@@ -194,6 +197,7 @@ mod tests {
             "a b.glb",
             false,
             &words(&["--integrator path", "--rung samples=16"]),
+            &own_settings(),
         );
         assert_eq!(command.base, "raywright render 'a b.glb' --integrator path");
         let flags = |list: &[&str]| command.format_flags(&words(list));
@@ -211,20 +215,20 @@ mod tests {
         );
         assert_eq!(flags(&[]), "--spp 16");
         assert_eq!(
-            RenderCommand::new("preset:x", false, &[]).format_flags(&[]),
+            RenderCommand::new("preset:x", false, &[], &own_settings()).format_flags(&[]),
             ""
         );
-        let flags = |rung: &str, chosen: &str| {
-            let command = RenderCommand::new("x.glb", true, &words(&[rung]));
+        let flags = |rungs: &[&str], chosen: &str| {
+            let command = RenderCommand::new("x.glb", true, &words(rungs), &own_settings());
             command.format_flags(&words(&[chosen]))
         };
         assert_eq!(
-            flags("--rung clamp=10", "--rung samples=4"),
-            "--no-denoise --spp 4 --rung clamp=10"
+            flags(&[], "--rung reconstruction=unbiased"),
+            "--spp 64 --no-denoise"
         );
         assert_eq!(
-            flags("--rung samples=16", "--rung reconstruction=denoised"),
-            "--spp 16 --denoise"
+            flags(&["--rung clamp=10"], "--rung samples=4"),
+            "--spp 4 --rung clamp=10"
         );
     }
 
@@ -233,31 +237,28 @@ mod tests {
     /// qualifies, the summary states this, and names a budget if an error is not known.
     #[test]
     fn the_recommendation_is_a_sentence() {
-        let command = RenderCommand::new("x.glb", false, &[]);
+        let command = RenderCommand::new("x.glb", false, &[], &own_settings());
         let mut report = report();
-        let measured = report.own.clone();
         let value_of = |value: f64| ConfidenceInterval {
             value,
             low: 0.9 * value,
             high: 1.1 * value,
         };
-        let advice = |flag: &str, time: f64, square: f64, ratio: f64| {
-            let mut measured = measured.clone();
-            measured.errors.relmse = value_of(square);
-            Some(Recommendation {
-                flags: words(&[flag]),
-                time: value_of(time),
-                error: value_of(ratio),
-                certain: ratio < 0.9,
-                measured,
-            })
+        let mut advice = |rung: &str, time: f64, square: f64, certain: bool| {
+            let mut row = report.own().clone();
+            row.setting = RungSetting::from_rung(RungChoice::parse(rung).expect("a rung"));
+            (row.ratio, row.errors.relmse) = (value_of(time), value_of(square));
+            report.settings.push(row);
+            let row = report.settings.len() - 1;
+            Some(Recommendation { row, certain })
         };
         let own = "Setting in use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time.";
-        report.recommendations = Recommendations {
-            half_the_error: advice("--rung samples=256", 3.9, 0.0225, 0.5),
-            same_error: advice("--rung roulette=early", 0.755, 0.08, 1.0),
-            biased: advice("--rung clamp=10", 0.255, 0.08, 0.9),
+        let recommendations = Recommendations {
+            half_the_error: advice("samples=256", 3.9, 0.0225, true),
+            same_error: advice("roulette=early", 0.755, 0.08, false),
+            biased: advice("clamp=10", 0.255, 0.08, true),
         };
+        report.recommendations = recommendations;
         assert_eq!(
             format_recommendation(&report, &command),
             format!(
@@ -267,13 +268,14 @@ mod tests {
         );
         report.recommendations = Recommendations::default();
         report.sufficient_budget = Some(61.0);
-        report.own.errors.relmse.low = 0.004;
+        report.settings[0].errors.relmse.low = 0.004;
+        report.doubt = Some(EstimateDoubt::FewPixels);
         assert_eq!(
             format_recommendation(&report, &command),
-            "Setting in use: error not known, 25.0 s ±10 % of CPU time. No setting is known to have half the error. No setting is known to have the same error in clearly less time. \
+            "Setting in use: error not known (too few samples found light), 25.0 s ±10 % of CPU time. No setting is known to have half the error. No setting is known to have the same error in clearly less time. \
              What is not known, `--budget 2min` would probably make known."
         );
-        report.own.errors.relmse.low = 0.0;
+        report.settings[0].errors.relmse.low = 0.0;
         assert_eq!(
             format_recommendation(&report, &command),
             "Setting in use: 25.0 s ±10 % of CPU time, and an error of at most 0.4, which is too small to be distinguished from the noise of the reference."
@@ -291,7 +293,7 @@ mod tests {
             Ladder::Clamp,
         ];
         for choice in ladders.into_iter().flat_map(Ladder::choices) {
-            let advised = RenderCommand::new("preset:cornell", false, &[])
+            let advised = RenderCommand::new("preset:cornell", false, &[], &own_settings())
                 .format_flags(&RungSetting::from_rung(choice).flags());
             let settings = |words: &str| {
                 let words = ["raywright", "render", "preset:cornell"]

@@ -272,7 +272,8 @@ pub fn report_error(
             )
         }
         Some(EstimateDoubt::FewSamples) => {
-            format!("error {}", format_rough_estimate(noisy.root_relmse))
+            let error = format_rough_estimate(noisy.root_relmse);
+            format!("error {error}, a guess from few samples")
         }
         Some(
             EstimateDoubt::FewPixels | EstimateDoubt::WideInterval | EstimateDoubt::LightByChance,

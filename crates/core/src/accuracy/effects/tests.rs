@@ -22,7 +22,6 @@ fn measured_without(
         scene: &scene,
         observer: &(),
         stopwatch,
-        now: &Instant::now,
         start: Instant::now(),
         budget,
     }

@@ -1,6 +1,7 @@
 //! Rules of the report's first sentences, on constructed measurements.
 
 use super::*;
+use crate::accuracy::RungSetting;
 use crate::ladder::RungChoice;
 
 /// A value with an interval of a factor.
@@ -12,19 +13,17 @@ fn about(value: f64, factor: f64) -> ConfidenceInterval {
     }
 }
 
-fn measured(bias: f64, light: f64) -> MeasuredSetting {
-    let errors = SettingErrors {
-        rmse: about(0.1, 1.1),
-        relmse: about(0.01, 1.1),
-        bias: Some(about(bias * 0.01, 1.05)),
-        light: about(light, 1.001),
-    };
+fn measured(rungs: &str, bias: f64, light: f64) -> MeasuredSetting {
     MeasuredSetting {
-        renders: 2,
+        setting: setting(rungs),
         seconds: about(1.0, 1.1),
         ratio: about(1.0, 1.1),
-        rays: 1,
-        errors,
+        errors: SettingErrors {
+            relmse: about(0.01, 1.1),
+            bias: Some(about(bias * 0.01, 1.05)),
+            light: about(light, 1.001),
+        },
+        error_ratio: about(1.0, 1.1),
     }
 }
 
@@ -34,25 +33,35 @@ fn setting(rungs: &str) -> RungSetting {
     RungSetting::from_rungs(&rungs.map(choice).collect::<Vec<_>>())
 }
 
-/// Candidate with given ratios of time and root error to the setting in use, and the factor of the
+/// Setting with given ratios of time and root error to the setting in use, and the factor of the
 /// error's interval.
-fn candidate(rungs: &str, time: f64, root: f64, factor: f64) -> RecommendationCandidate {
-    let mut measured = measured(0.0, 1.0);
-    (measured.seconds, measured.ratio) = (about(time, 1.05), about(time, 1.05));
-    measured.errors.relmse = about(root * root, factor);
-    RecommendationCandidate {
-        setting: setting(rungs),
-        measured,
-        error: about(root * root, factor),
-        is_recommendable: true,
+fn candidate(rungs: &str, time: f64, root: f64, factor: f64) -> MeasuredSetting {
+    MeasuredSetting {
+        seconds: about(time, 1.05),
+        ratio: about(time, 1.05),
+        errors: SettingErrors {
+            relmse: about(root * root, factor * factor),
+            ..measured(rungs, 0.0, 1.0).errors
+        },
+        error_ratio: about(root, factor),
+        ..measured(rungs, 0.0, 1.0)
     }
 }
 
+/// The same with much less light.
+fn unsound(rungs: &str, time: f64, root: f64) -> MeasuredSetting {
+    let mut dark = candidate(rungs, time, root, 1.1);
+    dark.errors.light = about(0.5, 1.001);
+    dark
+}
+
 /// Flags and time of the three recommendations.
-fn told(all: &[RecommendationCandidate]) -> [Option<(String, f64)>; 3] {
+fn told(all: &[MeasuredSetting]) -> [Option<(String, f64)>; 3] {
     let found = recommend_settings(all, &pareto_front(all));
-    [found.half_the_error, found.same_error, found.biased]
-        .map(|advice| advice.map(|advice| (advice.flags.concat(), advice.time.value)))
+    [found.half_the_error, found.same_error, found.biased].map(|advice| {
+        let measured = &all[advice?.row];
+        Some((measured.setting.flags().concat(), measured.ratio.value))
+    })
 }
 
 /// Protects: the fastest setting of the front with half of the error is named, the fastest with the
@@ -60,18 +69,14 @@ fn told(all: &[RecommendationCandidate]) -> [Option<(String, f64)>; 3] {
 /// never advised. A simpler setting that is within the resolution of clock and noise is preferred.
 #[test]
 fn the_fastest_that_will_do_is_named() {
-    let unsound = RecommendationCandidate {
-        is_recommendable: false,
-        ..candidate("clamp=1", 0.1, 0.3, 1.1)
-    };
     let all = vec![
         candidate("", 1.0, 1.0, 1.1),
-        unsound.clone(),
+        unsound("clamp=1", 0.1, 0.3),
         candidate("samples=1024", 16.0, 0.25, 1.1),
         candidate("samples=256", 4.1, 0.5, 1.1),
         candidate("samples=16 reconstruction=denoised", 0.5, 0.8, 1.1),
         candidate("sampler=stratified", 0.7, 0.9, 1.1),
-        candidate("light-sampling=lights", 0.3, 1.04, 2.0),
+        candidate("light-sampling=lights", 0.3, 1.04, 1.4),
     ];
     let named = |flags: &str, time| Some((flags.to_owned(), time));
     assert_eq!(
@@ -90,21 +95,18 @@ fn the_fastest_that_will_do_is_named() {
     };
     assert_eq!((half_with(4.0), half_with(3.8)), (Some(4.1), Some(3.8)));
     // A row with bias is named, too, where it has half of the error far sooner than the sound one.
-    let filtered = RecommendationCandidate {
-        is_recommendable: false,
-        ..candidate("reconstruction=denoised", 1.1, 0.4, 1.1)
-    };
+    let filtered = unsound("reconstruction=denoised", 1.1, 0.4);
     let [_, same, biased] = told(&[all[0].clone(), all[3].clone(), filtered]);
     assert_eq!(
         (same, biased),
         (None, named("--rung reconstruction=denoised", 1.1))
     );
     // Half of the error is named with its doubt where the front has it, the same error is not.
-    let doubtful = candidate("samples=256", 4.1, 0.5, 2.7);
+    let doubtful = candidate("samples=256", 4.1, 0.5, 1.6);
     let found = [&all[..1], &[doubtful]].concat();
     let half = recommend_settings(&found, &pareto_front(&found)).half_the_error;
     assert_eq!(half.map(|advice| advice.certain), Some(false));
-    let same = candidate("sampler=stratified", 0.7, 1.0, 2.0);
+    let same = candidate("sampler=stratified", 0.7, 1.0, 1.5);
     assert_eq!(told(&[all[0].clone(), same]), [None, None, None]);
     let slow = candidate("clamp=10", 0.7, 1.2, 1.1);
     assert_eq!(told(&[all[0].clone(), slow]), [None, None, None]);
@@ -114,20 +116,16 @@ fn the_fastest_that_will_do_is_named() {
 /// with bias are left out, and the one in use stays if none beats it.
 #[test]
 fn the_front_is_what_nobody_beats() {
-    let unsound = RecommendationCandidate {
-        is_recommendable: false,
-        ..candidate("clamp=1", 0.1, 0.1, 1.1)
-    };
     let all = [
-        candidate("samples=256", 4.0, 0.5, 1.1),
         candidate("", 1.0, 1.0, 1.1),
+        candidate("samples=256", 4.0, 0.5, 1.1),
         candidate("samples=4", 0.1, 4.0, 1.1),
-        candidate("samples=16", 0.3, 1.5, 12.0),
+        candidate("samples=16", 0.3, 1.5, 3.5),
         candidate("sampler=independent", 1.2, 1.3, 1.1),
         candidate("sampler=stratified", 1.02, 1.005, 1.1),
-        unsound,
+        unsound("clamp=1", 0.1, 0.1),
     ];
-    assert_eq!(pareto_front(&all), [2, 1, 0]);
+    assert_eq!(pareto_front(&all), [2, 0, 1]);
 }
 
 /// Protects: a setting is unsound with a bias above a quarter of its squared error, or possibly
@@ -137,44 +135,21 @@ fn the_front_is_what_nobody_beats() {
 /// than short ones even if still too short.
 #[test]
 fn what_loses_light_is_not_sound() {
-    let (clamp, own_measured) = (setting("clamp=1"), measured(0.0, 1.0));
-    let sound =
-        |each_measured: &MeasuredSetting| is_recommendable(&clamp, each_measured, &own_measured);
-    assert!(sound(&measured(0.2, 1.0)) && sound(&measured(0.1, 0.997)));
-    assert!(
-        !sound(&measured(0.26, 1.0))
-            && !sound(&measured(0.0, 0.994))
-            && !sound(&measured(0.0, 1.006))
-    );
-    let with = |bias: Option<ConfidenceInterval>| MeasuredSetting {
-        errors: SettingErrors {
-            bias,
-            ..own_measured.errors
-        },
-        ..own_measured.clone()
+    let own = measured("", 0.0, 1.0);
+    let sound = |rungs: &str, bias, light| is_recommendable(&measured(rungs, bias, light), &own);
+    let clamp = "clamp=1";
+    assert!(sound(clamp, 0.2, 1.0) && sound(clamp, 0.1, 0.997));
+    assert!(!sound(clamp, 0.26, 1.0) && !sound(clamp, 0.0, 0.994) && !sound(clamp, 0.0, 1.006));
+    let with = |bias: Option<ConfidenceInterval>| {
+        let mut of = measured(clamp, 0.0, 1.0);
+        of.errors.bias = bias;
+        is_recommendable(&of, &own)
     };
-    assert!(
-        !sound(&with(None))
-            && !sound(&with(Some(about(0.002, 3.0))))
-            && sound(&with(Some(about(0.002, 2.0))))
-    );
-    assert!(is_recommendable(
-        &setting("samples=256 sampler=stratified"),
-        &measured(0.9, 0.9),
-        &own_measured
-    ));
-    let filtered = setting("samples=16 reconstruction=denoised");
-    assert!(
-        is_recommendable(&filtered, &measured(0.9, 1.0), &own_measured)
-            && !is_recommendable(&filtered, &measured(0.0, 0.994), &own_measured)
-    );
-    assert!(!is_recommendable(
-        &clamp.with_rung(filtered.choices()[1]),
-        &measured(0.9, 1.0),
-        &own_measured
-    ));
-    let (short, longer) = (measured(1.0, 0.95), measured(0.5, 0.98));
-    assert!(
-        is_recommendable(&clamp, &longer, &short) && !is_recommendable(&clamp, &short, &longer)
-    );
+    assert!(!with(None) && !with(Some(about(0.002, 3.0))) && with(Some(about(0.002, 2.0))));
+    assert!(sound("samples=256 sampler=stratified", 0.9, 0.9));
+    let filtered = "samples=16 reconstruction=denoised";
+    assert!(sound(filtered, 0.9, 1.0) && !sound(filtered, 0.0, 0.994));
+    assert!(!sound("clamp=1 reconstruction=denoised", 0.9, 1.0));
+    let (short, longer) = (measured(clamp, 1.0, 0.95), measured(clamp, 0.5, 0.98));
+    assert!(is_recommendable(&longer, &short) && !is_recommendable(&short, &longer));
 }

@@ -2,12 +2,13 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::super::MeasurementStart;
 use super::super::figures::Figures;
 use super::super::policy::{is_done, jobs};
 use super::super::setting::RungSetting;
 use super::super::tiles::{evenly_spread_tiles, tile_edge};
-use super::super::{AccuracyReport, LadderReport, MeasureError, RungReport, measure_by_clocks};
+use super::super::{
+    AccuracyReport, MeasureError, MeasuredSetting, ProgressListener, measure_by_clocks,
+};
 use super::*;
 use crate::bench::clock::Stopwatch;
 use crate::dispatch::prepare;
@@ -61,16 +62,14 @@ fn effort(seconds: f64, rounds: u32) -> AccuracyEffort {
 
 fn measured_by(stopwatch: Stopwatch, listener: &mut dyn ProgressListener) -> AccuracyReport {
     let scene = corridor();
-    let (report, _) = measure_by_clocks(
+    measure_by_clocks(
         (&scene, &Settings::from_scene(&scene)),
         &effort(600.0, 3),
-        MeasurementStart::default(),
         &(),
         listener,
         (stopwatch, &Instant::now),
     )
-    .expect("a report");
-    report
+    .expect("a report")
 }
 
 /// Calls a function with a study of a scene that has done no trial.
@@ -84,18 +83,16 @@ fn with_study<T>(
         &Instant::now as &(dyn Fn() -> Instant + Sync),
     );
     let renderer = SettingRenderer::new(scene, settings, &(), clocks);
-    let display = Display::from_render(&scene.render);
-    use_study(&mut Study::new(
-        &renderer,
-        display,
-        effort(600.0, 2),
-        Instant::now(),
-    ))
+    use_study(&mut Study::new(&renderer, effort(600.0, 2), Instant::now()))
 }
 
-fn rungs<'a>(report: &'a AccuracyReport, ladder: &str) -> &'a [RungReport] {
-    let found = report.ladders.iter().find(|of| of.ladder == ladder);
-    &found.expect("a ladder of the scene").rungs
+/// The measured rungs of a ladder beside the one in use.
+fn rungs<'a>(report: &'a AccuracyReport, ladder: &str) -> Vec<(&'static str, &'a MeasuredSetting)> {
+    let rung = |of: &'a MeasuredSetting| {
+        let choice = of.single_rung()?;
+        (choice.ladder().name() == ladder).then(|| (choice.rung(), of))
+    };
+    report.settings.iter().filter_map(rung).collect()
 }
 
 fn near(value: f64, expected: f64) {
@@ -106,60 +103,35 @@ fn near(value: f64, expected: f64) {
 }
 
 /// Protects: times are those of rendering alone, and ratios are a setting's time over that of the
-/// one in use. n segments take n/4 of the time of four, and trees as long as scans. The light of n
-/// segments with a mirror of one half is 1 − 0.5ⁿ of all. The listener is told every rung.
+/// one in use. n segments take n/4 of the time of four. The light of n segments with a mirror of one
+/// half is 1 − 0.5ⁿ of all. The listener is told every rung.
 #[test]
 fn times_are_what_the_clock_says() {
     let mut heard: Vec<(String, f64)> = Vec::new();
     let mut listener = |label: &str, share: f64| heard.push((label.to_owned(), share));
     let report = measured_by(MICROSECOND_A_RAY, &mut listener);
-    assert_eq!(report.own.rays, 32);
-    near(report.own.seconds.value, 32e-6);
+    near(report.own().seconds.value, 32e-6);
     let lengths = rungs(&report, "path-length");
-    assert_eq!(lengths.len(), 6);
-    for rung in lengths {
-        let n: f64 = rung.rung.parse().expect("a number");
-        let measured = rung.measured.as_ref().expect("time");
+    assert_eq!(lengths.len(), 5);
+    for (rung, measured) in lengths {
+        let n: f64 = rung.parse().expect("a number");
         near(measured.seconds.value, n * 8.0 * 1e-6);
         near(measured.ratio.value, n / 4.0);
-        near(measured.rays as f64, n * 8.0);
         let light = measured.errors.light.value;
         assert!(
             (light - (1.0 - libm::exp2(-n))).abs() < 1e-6,
             "{n}: {light}"
         );
     }
-    let priced: Vec<&RungReport> = ["build", "accelerator"]
-        .into_iter()
-        .flat_map(|ladder| rungs(&report, ladder))
-        .collect();
-    assert_eq!(priced.len(), 5);
-    for rung in priced {
-        let (cost, measured) = (rung.cost.as_ref(), rung.measured.as_ref());
-        let (cost, measured) = (cost.expect("time"), measured.expect("time"));
-        assert_eq!((cost.preparing, cost.same_bits), (0.0, true));
-        near(measured.ratio.value, 1.0);
-        near(measured.seconds.value, 32e-6);
-    }
     near(
         report.reference.seconds,
         f64::from(report.reference.samples) * 64.0 * 8.0 * 1e-6,
     );
-    let words = [
-        "the reference",
-        "path-length=64",
-        "timing accelerator=linear",
-    ];
+    let words = ["the reference", "path-length=64"];
     let is_heard = |words: &&str| heard.iter().any(|(label, _)| label == words);
     assert!(words.iter().all(is_heard), "{heard:?}");
     let is_share = |share: &f64| (0.0..=1.0).contains(share);
     assert!(heard.is_sorted_by(|a, b| a.1 <= b.1) && heard.iter().all(|of| is_share(&of.1)));
-    let mirror = report.costs.expect("time").effects;
-    let mirror = mirror
-        .iter()
-        .find(|cost| cost.effect == "mirror reflection")
-        .expect("a mirror");
-    assert_eq!((mirror.rays, mirror.ratio.median), (4.0, 4.0));
 }
 
 /// Number of reported steps of the measurement on a machine that becomes slower.
@@ -175,9 +147,9 @@ fn a_slower_machine_makes_no_rung_slow() {
         STEPS.fetch_add(1, Ordering::Relaxed);
     };
     let report = measured_by(slower, &mut listener);
-    for rung in rungs(&report, "path-length") {
-        let share = rung.rung.parse::<f64>().expect("a number") / 4.0;
-        let ratio = rung.measured.as_ref().expect("time").ratio;
+    for (rung, measured) in rungs(&report, "path-length") {
+        let share = rung.parse::<f64>().expect("a number") / 4.0;
+        let ratio = measured.ratio;
         assert!(
             ratio.low <= share && share <= ratio.high,
             "{ratio:?}, not {share}"
@@ -204,7 +176,7 @@ fn small_scenes_are_measured_as_they_are() {
     let [first, .., last] = &pictures.details[..] else {
         panic!("{} pictures", pictures.details.len())
     };
-    assert!(first.flags.is_empty() && first.measured.is_some() && last.measured.is_none());
+    assert_eq!((first.row, last.row), (Some(0), None));
     assert_eq!(first.picture, pictures.whole);
     assert!(last.picture.rgb[0][0] > 1.03 * first.picture.rgb[0][0]);
 }
@@ -248,10 +220,9 @@ fn errors_are_those_that_pictures_claim() {
         max_depth: 64,
         ..path_settings(&scene)
     };
-    let (report, _) = measure_by_clocks(
+    let report = measure_by_clocks(
         (&scene, &settings),
         &effort(600.0, 2),
-        MeasurementStart::default(),
         &(),
         &mut (),
         (MICROSECOND_A_RAY, &Instant::now),
@@ -269,25 +240,28 @@ fn errors_are_those_that_pictures_claim() {
         .estimate_uncertainty()
         .expect("random numbers")
         .root_relmse;
-    let own = report.own.errors.relmse.map(f64::sqrt);
+    let own = report.own().errors.relmse.map(f64::sqrt);
     assert!(
         (own.value / claim.value - 1.0).abs() < 0.01,
         "{own:?}, not {claim:?}"
     );
     assert!(own.low <= claim.low && claim.high <= own.high);
-    let measured = |rung: &RungReport| rung.measured.as_ref().expect("time").errors.relmse.value;
-    let errors: Vec<f64> = rungs(&report, "samples").iter().map(measured).collect();
+    let samples = rungs(&report, "samples").into_iter();
+    let errors: Vec<f64> = samples.map(|(_, of)| of.errors.relmse.value).collect();
     assert!(
-        errors.len() == 6 && errors.is_sorted_by(|a, b| a > b),
+        errors.len() == 5 && errors.is_sorted_by(|a, b| a > b),
         "{errors:?}"
     );
     let half = report
         .recommendations
         .half_the_error
         .expect("four times the samples");
-    assert!(half.time.value < 4.2 && half.error.value < 0.56, "{half:?}");
-    let is_row = |row: &super::super::MeasuredSettingWithFlags| row.flags == half.flags;
-    assert!(report.frontier.iter().any(is_row));
+    let row = &report.settings[half.row];
+    assert!(
+        row.ratio.value < 4.2 && row.error_ratio.value < 0.56,
+        "{row:?}"
+    );
+    assert!(report.frontier.contains(&half.row));
 }
 
 /// Protects: the light of a denoised row is the ratio of the denoised picture's light to the noisy
@@ -434,26 +408,18 @@ fn measured_in(
     let report = measure_by_clocks(
         (&scene, &settings),
         &effort(budget, 2),
-        MeasurementStart::default(),
         &StopsAt(&clock, stop),
         &mut (),
         (MICROSECOND_A_RAY, &|| clock.now()),
     );
-    (report.map(|(report, _)| report), clock.seconds())
+    (report, clock.seconds())
 }
 
-/// Rungs with figures, each with the number of tiles.
+/// Settings with figures, each with the number of tiles.
 fn known(report: &AccuracyReport) -> Vec<(String, usize)> {
-    let rung = |ladder: &LadderReport, rung: &RungReport| {
-        rung.measured.as_ref().filter(|_| rung.cost.is_none())?;
-        Some((
-            format!("{}={}", ladder.ladder, rung.rung),
-            report.tiles.measured,
-        ))
-    };
-    let ladders = report.ladders.iter();
-    ladders
-        .flat_map(|ladder| ladder.rungs.iter().filter_map(move |of| rung(ladder, of)))
+    let settings = report.settings.iter();
+    settings
+        .map(|of| (of.setting.to_string(), report.tiles.measured))
         .collect()
 }
 
@@ -500,7 +466,7 @@ fn what_was_measured_is_kept_when_it_is_stopped() {
     let (report, took) = measured_in(60.0, [64, 48], 20.0);
     let report = report.expect("what there is");
     assert!(
-        report.cut_short && report.own.renders >= 1 && took < 21.0,
+        report.cut_short && report.own().seconds.value > 0.0 && took < 21.0,
         "{took}"
     );
 }

@@ -262,7 +262,10 @@ impl<'a> PictureSeries<'a> {
         let (settings, notes) = (&frame.plan.settings, &mut self.session.notes);
         let error = picture.add_notes(&self.targets[frame.number], notes);
         let error = error.map(|error| format!(", {error}")).unwrap_or_default();
-        if let Some(noisy) = picture.reported_error() {
+        if let Some(noisy) = picture
+            .reported_error()
+            .filter(|_| !self.task.keeps_noise())
+        {
             messages::note_denoising(noisy, settings, notes);
         }
         let [width, height] = settings
