@@ -487,8 +487,7 @@ pub struct AccuracyArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Also write the report: .html (a page with plot and table), .json or .svg (the plot);
-    /// may be repeated
+    /// Also write the report: .html (a page with plot and table) or .json; may be repeated
     #[arg(short = 'o', long, value_name = "FILE", action = clap::ArgAction::Append)]
     pub output: Vec<PathBuf>,
 }

@@ -158,7 +158,7 @@ fn measure_costs(
 }
 
 /// Version of the layout of [`ExplainReport`].
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 #[derive(Serialize)]
 struct ExplainReport<'a> {

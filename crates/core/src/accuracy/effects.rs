@@ -12,9 +12,7 @@ use super::setting::RungSetting;
 use super::trial::mean_and_variance;
 use crate::bench::SampleQuantiles;
 use crate::bench::clock::{Stopwatch, time_on_process};
-use crate::display::Display;
 use crate::effects::{Effect, EffectSet, SWITCHABLE_EFFECTS, assess_effects};
-use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, mean_and_quantiles};
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
@@ -33,9 +31,6 @@ const LEAST_WIDTH: f64 = 40.0;
 pub struct EffectCost {
     /// Name of the effect in reports, such as `sky light`.
     pub effect: &'static str,
-    /// Render time without the effect, in seconds summed over all threads. Preparation is not
-    /// included.
-    pub seconds_without: SampleQuantiles,
     /// Ratio of the render time with the effect to the time without it, one value per pair of
     /// renders.
     pub ratio: SampleQuantiles,
@@ -44,9 +39,6 @@ pub struct EffectCost {
     /// Root mean squared difference, in linear radiance, between the pictures with and without the
     /// effect, which use the same random numbers. The variance between rounds is subtracted.
     pub rmse: f64,
-    /// Mean FLIP difference, 0 to 1, between the pictures of the first round with and without the
-    /// effect.
-    pub flip: f64,
 }
 
 /// Costs of all effects of a scene that can be switched off, with the size and the time of the
@@ -145,7 +137,7 @@ impl EffectBench<'_> {
             }
             match pairs.is_empty() {
                 true => late.push(effect.name()),
-                false => costs.push(self.summarise_effect_cost(effect, &pairs)),
+                false => costs.push(EffectCost::from_pairs(effect, &pairs)),
             }
         }
         if own.is_empty() {
@@ -200,33 +192,26 @@ impl EffectBench<'_> {
         let growth = (0.8 * self.budget.as_secs_f64() / all).sqrt();
         Ok(scaled(minimum * growth.clamp(1.0, 1.0 / minimum)))
     }
+}
 
+impl EffectCost {
     /// Returns the cost of an effect from pairs of renders with and without it, which share their
     /// random numbers.
-    fn summarise_effect_cost(&self, effect: Effect, pairs: &[[TimedFilm; 2]]) -> EffectCost {
-        let seconds: Vec<f64> = pairs.iter().map(|[_, without]| without.seconds).collect();
+    fn from_pairs(effect: Effect, pairs: &[[TimedFilm; 2]]) -> Self {
         let ratio = |[with, without]: &[TimedFilm; 2]| with.seconds / without.seconds.max(1e-9);
         let ratios: Vec<f64> = pairs.iter().map(ratio).collect();
         let pictures: Vec<[Picture; 2]> = pairs
             .iter()
             .map(|pair| pair.each_ref().map(|timed| timed.film.picture()))
             .collect();
-        let display = Display::from_render(&self.scene.render);
-        let [shown, other] = pictures[0]
-            .each_ref()
-            .map(|of| display.to_display_values(of));
         let rays = pairs[0]
             .each_ref()
             .map(|timed| timed.film.counters().ray_count() as f64);
-        // Both pictures have the same size, which is not zero.
-        let flip = flip(&shown, &other, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default();
-        EffectCost {
+        Self {
             effect: effect.name(),
-            seconds_without: SampleQuantiles::from_samples(&seconds),
             ratio: SampleQuantiles::from_samples(&ratios),
             rays: rays[0] / rays[1].max(1.0),
             rmse: rms_difference_of_mean_pictures(&pictures),
-            flip: mean_and_quantiles(&flip).mean,
         }
     }
 }

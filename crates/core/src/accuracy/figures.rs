@@ -177,9 +177,7 @@ impl<'s> Figures<'s> {
         let tile = space.tile_setting(setting)?;
         let bias = self.bias(&tile).map(|bias| bias.map(|bias| bias / unit));
         if space.is_fixed(setting) {
-            let sums = self.tile_sums(&tile).into_iter();
-            let terms: Vec<_> = sums.map(|of| [of.noise, of.pixels]).collect();
-            return Some(ratio_of_sums(&terms).add(&bias?));
+            return bias;
         }
         let mut changed = tile.choices().iter().map(|choice| choice.ladder());
         if bias.is_none() && changed.any(|ladder| ladder != Ladder::Samples) {

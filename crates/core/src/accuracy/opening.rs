@@ -141,7 +141,7 @@ impl Study<'_> {
             let replicates = film.tile_replicates(tile).unwrap_or_default();
             let noise = replicates.first().map_or(0.0, |_| {
                 let truth = mean_of_replicates(&replicates);
-                TileSums::new(&replicates, &replicates[..1], &truth, true).noise
+                TileSums::new(&replicates, &replicates[..1], &truth).noise
             });
             (2 * hit > all, noise)
         };
@@ -208,9 +208,9 @@ impl Study<'_> {
     /// with which a few tiles are rendered in time; longer ones count as trials that took too long.
     fn find_exact_rungs(&mut self) -> Result<RungSetting, PrepareError> {
         let is_biased = |ladder: &&Ladder| {
+            // No pixel filter is more exact than another.
             !ladder.is_free_of_bias()
-                && !ladder.has_equal_accuracy()
-                && **ladder != Ladder::Reconstruction
+                && !matches!(ladder, Ladder::PixelFilter | Ladder::Reconstruction)
         };
         let most_exact = |&ladder: &Ladder| {
             let mut choices = self.space.applicable_rungs(ladder).into_iter().rev();

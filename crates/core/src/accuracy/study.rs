@@ -77,41 +77,24 @@ impl<'a> Study<'a> {
     }
 
     /// Renders the film of a job, and returns the replicates of the tiles, of a whole picture none.
-    /// Under a fixed pattern of samples, pictures with other random numbers are the replicates.
+    /// Under a fixed pattern of samples the picture is the only one: its noise is part of its error.
     pub fn render(&self, job: &Job, end: Instant) -> Result<(TimedFilm, Replicates), PrepareError> {
         let is_whole = job.region == Region::Whole;
         let samples = self.space.sample_count(&job.setting);
         let is_fixed = self.space.is_fixed(&job.setting);
         let can_denoise = self.space.ladders.contains(&Ladder::Reconstruction);
-        let film = |round: u64| {
-            self.renderer.render_film(&FilmRequest {
-                setting: &job.setting,
-                round,
-                tiles: (!is_whole).then_some(&self.tiles[..]),
-                denoises: is_whole
-                    && can_denoise
-                    && !is_fixed
-                    && samples >= denoise::FEWEST_SAMPLES,
-                end,
-            })
+        let timed = self.renderer.render_film(&FilmRequest {
+            setting: &job.setting,
+            round: job.round,
+            tiles: (!is_whole).then_some(&self.tiles[..]),
+            denoises: is_whole && can_denoise && !is_fixed && samples >= denoise::FEWEST_SAMPLES,
+            end,
+        })?;
+        let replicates = match is_whole {
+            true => None,
+            false => replicates_of(&timed.film, &self.tiles),
         };
-        let first = film(job.round)?;
-        let mut replicates = Replicates::new();
-        if !is_whole {
-            replicates = replicates_of(&first.film, &self.tiles).unwrap_or_default();
-            let others = if is_fixed && first.is_random {
-                1..REPLICATES
-            } else {
-                1..1
-            };
-            for k in others {
-                let other = film(job.round + u64::from(k * self.effort.rounds))?;
-                let other = replicates_of(&other.film, &self.tiles).unwrap_or_default();
-                let pairs = replicates.iter_mut().zip(other);
-                pairs.for_each(|(all, other)| all.extend(other));
-            }
-        }
-        Ok((first, replicates))
+        Ok((timed, replicates.unwrap_or_default()))
     }
 
     /// Adds the trial of a whole picture to the table, with its claim and its denoised picture.
@@ -170,7 +153,7 @@ impl<'a> Study<'a> {
         let sums = sums
             .zip(&self.tiles)
             .map(|(((own, exact), truth), tile)| {
-                TileSums::new(own, exact, truth, !is_fixed).scale(weight(tile))
+                TileSums::new(own, exact, truth).scale(weight(tile))
             })
             .collect();
         self.table.push(Trial {
@@ -191,7 +174,7 @@ impl<'a> Study<'a> {
     pub fn reference_noise(&self) -> Vec<TileSums> {
         let tiles = self.reference_replicates.iter().zip(&self.truth);
         tiles
-            .map(|(of, truth)| TileSums::new(of, of, truth, true))
+            .map(|(of, truth)| TileSums::new(of, of, truth))
             .collect()
     }
 

@@ -124,12 +124,10 @@ impl TileSums {
     /// - `own`: the replicates of the setting; a single one without random numbers.
     /// - `exact`: the replicates of the exact picture. They may have the random numbers of `own`.
     /// - `truth`: a picture that is independent of both, for the denominators of relative errors.
-    /// - `is_split`: whether a picture is the mean of all replicates, not a replicate.
     pub fn new(
         own: &[Vec<[f32; 3]>],
         exact: &[Vec<[f32; 3]>],
         truth: &[[f32; 3]],
-        is_split: bool,
     ) -> Self {
         let mut sums = Self {
             pixels: truth.len() as f64,
@@ -154,7 +152,7 @@ impl TileSums {
                 if !(mean + noise + difference + spread).is_finite() {
                     continue;
                 }
-                noise /= if is_split { own.len() as f64 } else { 1.0 };
+                noise /= own.len() as f64;
                 let spread = spread / pairs as f64;
                 let exact_mean = (0..exact.len()).map(|r| value(exact, r)).sum::<f64>();
                 sums.light[0] += mean;
@@ -259,8 +257,8 @@ mod tests {
         };
         let truth = vec![[0.5; 3]; 1024];
         let weight = 1024.0 / 0.26;
-        let apart = TileSums::new(&set(0.55, 0), &set(0.5, 10), &truth, true);
-        let paired = TileSums::new(&set(0.55, 0), &set(0.5, 0), &truth, true);
+        let apart = TileSums::new(&set(0.55, 0), &set(0.5, 10), &truth);
+        let paired = TileSums::new(&set(0.55, 0), &set(0.5, 0), &truth);
         for sums in [&apart, &paired] {
             let noise = sums.noise / weight;
             assert!((noise * 48.0 - 1.0).abs() < 0.05, "{noise}");
@@ -276,8 +274,10 @@ mod tests {
             rough.low < bias.value && bias.value < rough.high,
             "{rough:?}"
         );
-        let single = TileSums::new(&set(0.55, 0), &set(0.5, 10), &truth, false);
-        assert!((single.noise / weight * 12.0 - 1.0).abs() < 0.05);
+        // The noise of a single picture is part of its difference, that of the exact one is not.
+        let single = TileSums::new(&set(0.55, 0)[..1], &set(0.5, 10), &truth);
+        let square = single.bias / weight;
+        assert!((square / (0.0025 + 1.0 / 12.0) - 1.0).abs() < 0.05 && single.noise == 0.0);
     }
 
     /// Protects: the interval of a bias contains it in nine of ten cases, where it is a tenth of the
@@ -293,7 +293,7 @@ mod tests {
                 };
                 let set = |grey, seed: u64| (0..4).map(|r| replicate(grey, seed + r)).collect();
                 let (own, exact): (Vec<_>, Vec<_>) = (set(grey, 0), set(0.5, 4));
-                let sums = TileSums::new(&own, &exact, &[[0.5; 3]; 64], true);
+                let sums = TileSums::new(&own, &exact, &[[0.5; 3]; 64]);
                 let bias = mean_bias(&[&sums], 1.0);
                 let truth = f64::from(grey - 0.5).powi(2) / 0.26;
                 bias.low <= truth && truth <= bias.high

@@ -48,7 +48,7 @@ const RAYS: u32 = 1 << 16;
 const SEEDS: [u64; 2] = [0x5eed_0001, 0x5eed_0002];
 /// Least number of primitives of the scenes to which a power law is fitted. In smaller scenes,
 /// caches and constant costs dominate.
-const FIT_FROM: f64 = 1e3;
+pub const FIT_FROM: f64 = 1e3;
 
 /// Costs of linear scan and BVH on generated scenes of growing size, and how these costs grow with
 /// the number of primitives.

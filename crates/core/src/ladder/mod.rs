@@ -48,28 +48,6 @@ impl Ladder {
         !matches!(self, Self::Build | Self::Accelerator | Self::Output)
     }
 
-    /// Whether all rungs are equally accurate although their pictures differ. The reference picture
-    /// then keeps the scene's own rung.
-    pub const fn has_equal_accuracy(self) -> bool {
-        matches!(self, Self::PixelFilter)
-    }
-
-    /// Whether renders with different rungs can use the same random numbers. The difference of the
-    /// two pictures then has no noise.
-    pub const fn shares_random_numbers(self) -> bool {
-        !matches!(
-            self,
-            Self::Samples
-                | Self::Sampler
-                | Self::LightSampling
-                | Self::SkyChoice
-                | Self::Integrator
-                | Self::Colour
-                | Self::Roulette
-                | Self::Reconstruction
-        )
-    }
-
     /// Whether all rungs have the same expected picture. Their renders then differ only in noise.
     pub const fn is_free_of_bias(self) -> bool {
         matches!(

@@ -116,12 +116,10 @@ impl AccuracyPage<'_> {
     /// Returns the plot of error against time for every rung (quality level of a setting), and for the
     /// frontier: the settings that no other setting beats in both time and error. These are numbered
     /// from 1, as in the table.
-    pub fn plot(&self) -> Plot {
+    fn plot(&self) -> Plot {
         let [width, height] = self.report.size;
         Plot {
-            title: self.title(),
             subtitle: "less time is to the left, less error below".to_owned(),
-            circumstances: self.circumstances.first().cloned().unwrap_or_default(),
             x: PlotAxis {
                 label: format!("CPU time of a render of {width}x{height} pixels"),
                 tick: Some(format_seconds),
@@ -131,12 +129,8 @@ impl AccuracyPage<'_> {
                 tick: Some(format_power),
             },
             lines: self.plot_lines(),
-            marks: Vec::new(),
             is_falling: true,
-            key: (1..)
-                .zip(&self.report.frontier)
-                .map(|(i, &row)| format!("({i})  {}", self.flags[row]))
-                .collect(),
+            ..Plot::default()
         }
     }
 
@@ -179,10 +173,6 @@ impl AccuracyPage<'_> {
         lines
     }
 
-    fn title(&self) -> String {
-        format!("What accuracy costs in time: {}", self.scene)
-    }
-
     /// Formats the page.
     pub fn to_html(&self) -> String {
         let circumstances: String = self
@@ -190,15 +180,9 @@ impl AccuracyPage<'_> {
             .iter()
             .map(|line| format!("<p class=\"soft\">{}</p>\n", escape_xml(line)))
             .collect();
-        // The point numbers in the plot are explained by the table below it, so that the plot needs
-        // no explanation of its own.
-        let plot = Plot {
-            title: String::new(),
-            key: Vec::new(),
-            ..self.plot()
-        }
-        .to_svg();
+        let plot = self.plot().to_svg();
         let recommendation = html_with_code(&self.recommendation);
+        let title = format!("What accuracy costs in time: {}", self.scene);
         let sections = self.sections();
         let sections: Vec<String> = sections.iter().map(ReportSection::to_html).collect();
         let (frontier, others) = (&sections[0], sections[1..].concat());
@@ -207,7 +191,7 @@ impl AccuracyPage<'_> {
             self.pictures_html(),
             escape_xml(&self.command),
         );
-        html_document(&self.title(), &body, include_str!("page.js"))
+        html_document(&title, &body, include_str!("page.js"))
     }
 
     /// Formats the whole picture with the measured regions, and its magnified part with each setting,

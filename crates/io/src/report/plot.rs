@@ -1,4 +1,4 @@
-//! Double-logarithmic plots as SVG: lines with vertical error bars, marks, and a legend. Colours
+//! Double-logarithmic plots as SVG: lines with vertical error bars, and a legend. Colours
 //! follow the reader's light or dark theme; a filled background keeps an embedded plot readable.
 
 mod line;
@@ -27,13 +27,9 @@ pub struct Plot {
     pub y: PlotAxis,
     /// The plotted lines.
     pub lines: Vec<PlotLine>,
-    /// Dotted vertical lines at values of the horizontal axis.
-    pub marks: Vec<PlotMark>,
     /// Whether the lines fall from left to right. Then the legend is placed on the right, otherwise
     /// on the left.
     pub is_falling: bool,
-    /// Lines of text below the plot, such as explanations of short names in the plot.
-    pub key: Vec<String>,
 }
 
 /// A logarithmic axis, which spans whole decades around the values.
@@ -78,15 +74,6 @@ pub struct PlotPoint {
     pub is_bound: bool,
 }
 
-/// A dotted vertical line at a value on the horizontal axis, with a label.
-#[derive(Clone, Debug)]
-pub struct PlotMark {
-    /// Horizontal coordinate.
-    pub x: f64,
-    /// Label.
-    pub label: String,
-}
-
 /// Colour of a line in a plot, with a light and a dark variant for the reader's theme.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ThemeColour {
@@ -107,11 +94,6 @@ const BARE_TOP: f64 = 80.0;
 
 pub(super) const STYLE: &str = include_str!("plot.css");
 
-/// Height of a line of the explanation below the plot, in pixels of the SVG.
-const KEY_LINE: f64 = 19.0;
-/// Distance from the axis labels to the first line of the explanation, in pixels of the SVG.
-const KEY_START: f64 = 14.0;
-
 impl Plot {
     /// Formats the plot as an SVG file. Lines without points are omitted; a plot without any point
     /// shows only its texts.
@@ -128,32 +110,20 @@ impl Plot {
         let mut svg = String::new();
         self.draw_title(&mut svg);
         self.draw_grid(&mut svg, &frame);
-        self.draw_marks(&mut svg, &frame);
         for line in &self.lines {
             line.draw_line(&mut svg, &frame);
         }
         self.draw_point_names(&mut svg, &frame);
         self.draw_legend(&mut svg);
-        self.draw_explanations(&mut svg);
         svg.push_str("</svg>\n");
         svg
-    }
-
-    /// Returns the height of the SVG with its explanations, in pixels.
-    fn height(&self) -> f64 {
-        HEIGHT
-            + if self.key.is_empty() {
-                0.0
-            } else {
-                KEY_START + KEY_LINE * self.key.len() as f64
-            }
     }
 
     fn draw_title(&self, svg: &mut String) {
         let [title, subtitle, circumstances] =
             [&self.title, &self.subtitle, &self.circumstances].map(|text| escape_xml(text));
         let top = if title.is_empty() { BARE_TOP } else { 0.0 };
-        let height = self.height() - top;
+        let height = HEIGHT - top;
         let name = if title.is_empty() {
             escape_xml(&self.y.label)
         } else {
@@ -219,30 +189,6 @@ impl Plot {
         );
     }
 
-    fn draw_marks(&self, svg: &mut String, frame: &PlotScales) {
-        let [_, top, right, bottom] = AREA;
-        for mark in &self.marks {
-            let x = frame.x.map_value(mark.x);
-            let _ = writeln!(
-                svg,
-                "<path class=\"mark\" d=\"M{x:.1} {bottom}V{:.1}\"/>",
-                top + (bottom - top) * 0.35
-            );
-        }
-        // Labels are stacked in the lower right corner, which rising lines leave free.
-        for (i, mark) in self.marks.iter().enumerate() {
-            let (x, y) = (
-                right - 10.0,
-                bottom - 12.0 - 22.0 * (self.marks.len() - 1 - i) as f64,
-            );
-            let label = escape_xml(&mark.label);
-            let _ = writeln!(
-                svg,
-                "<text class=\"soft label\" x=\"{x}\" y=\"{y:.1}\" text-anchor=\"end\">{label}</text>"
-            );
-        }
-    }
-
     fn nonempty_lines(&self) -> impl Iterator<Item = &PlotLine> {
         self.lines.iter().filter(|line| !line.points.is_empty())
     }
@@ -299,18 +245,6 @@ impl Plot {
                     escape_xml(&point.name)
                 );
             }
-        }
-    }
-
-    /// Writes the explanation of short names below the plot.
-    fn draw_explanations(&self, svg: &mut String) {
-        for (i, line) in self.key.iter().enumerate() {
-            let y = HEIGHT + KEY_START + KEY_LINE * (i as f64 + 0.2);
-            let _ = writeln!(
-                svg,
-                "<text class=\"soft\" x=\"24\" y=\"{y:.1}\">{}</text>",
-                escape_xml(line)
-            );
         }
     }
 

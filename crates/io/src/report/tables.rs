@@ -186,7 +186,6 @@ pub fn effect_section(costs: &EffectCosts) -> ReportSection {
         "added time",
         "added rays",
         "change of picture, RMSE",
-        "FLIP",
     ];
     ReportSection {
         title: "Effects of the scene".to_owned(),
@@ -197,9 +196,8 @@ pub fn effect_section(costs: &EffectCosts) -> ReportSection {
 }
 
 /// Formats the cost of an effect: the change in time as median, least and greatest value of several
-/// rounds, the change in the number of rays, and the two differences of the picture (RMSE and
-/// FLIP).
-fn effect_cells(cost: &EffectCost) -> [String; 4] {
+/// rounds, the change in the number of rays, and the difference of the picture.
+fn effect_cells(cost: &EffectCost) -> [String; 3] {
     let ratio = &cost.ratio;
     let [median, min, max, rays] =
         [ratio.median, ratio.min, ratio.max, cost.rays].map(format_change);
@@ -207,7 +205,6 @@ fn effect_cells(cost: &EffectCost) -> [String; 4] {
         format!("{median} ({min} to {max})"),
         rays,
         format_number(cost.rmse),
-        format_number(cost.flip),
     ]
 }
 

@@ -1,4 +1,4 @@
-//! Files of `accuracy`: JSON, a page or a plot, with everything needed to judge and to repeat
+//! Files of `accuracy`: JSON or a page, with everything needed to judge and to repeat
 //! the measurement.
 
 use raywright_core::Settings;
@@ -22,25 +22,14 @@ use crate::origin::command_line;
 /// version 6, keys are nouns (`recommendations`, `sufficient_budget`, `inapplicable`).
 const FORMAT: u32 = 7;
 
-/// Content of an output file of `accuracy`, selected by the file's extension.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AccuracyFileKind {
-    /// The whole report as JSON.
-    Json,
-    /// An HTML page with plot, tables and pictures.
-    Html,
-    /// The plot of error against time.
-    Svg,
-}
+/// Function that formats the report as the content of a file.
+pub type FileFormat = fn(&AccuracyDocument<'_>) -> String;
 
-impl AccuracyFileKind {
-    /// Kinds of files, each with the extension that selects it.
-    pub const ALL: [(&'static str, Self); 3] = [
-        ("html", Self::Html),
-        ("json", Self::Json),
-        ("svg", Self::Svg),
-    ];
-}
+/// Formats of files, each with the extension that selects it.
+pub const FORMATS: [(&str, FileFormat); 2] = [
+    ("html", |document| document.page.to_html()),
+    ("json", |document| console::format_json(document)),
+];
 
 /// Report of a measurement, with its scene, its machine and its commands.
 #[derive(Debug, Serialize)]
@@ -61,8 +50,6 @@ pub struct AccuracyDocument<'a> {
     threads: usize,
     /// Name of the clock that measured the times.
     clock: &'static str,
-    /// Commands, each of which renders with a setting on the Pareto frontier.
-    commands: Vec<String>,
     /// Content of the page, whose sections the terminal shows too.
     #[serde(skip)]
     pub page: AccuracyPage<'a>,
@@ -92,10 +79,7 @@ impl<'a> AccuracyDocument<'a> {
             .map(|row| command.format_flags(&row.setting.flags()))
             .collect();
         let scene = &loaded.source.name;
-        let render = |&row: &usize| format!("{} {}", command.base, flags[row]);
-        let commands = report.frontier.iter().map(render);
         Self {
-            commands: commands.map(|of| of.trim_end().to_owned()).collect(),
             page: AccuracyPage {
                 scene,
                 circumstances: describe_conditions(processor.as_deref(), threads, clock, report),
@@ -121,15 +105,6 @@ impl<'a> AccuracyDocument<'a> {
             threads,
             clock,
             report,
-        }
-    }
-
-    /// Formats the report as the content of a file of this kind.
-    pub fn format_as(&self, kind: AccuracyFileKind) -> String {
-        match kind {
-            AccuracyFileKind::Json => console::format_json(self),
-            AccuracyFileKind::Html => self.page.to_html(),
-            AccuracyFileKind::Svg => self.page.plot().to_svg(),
         }
     }
 }

@@ -24,7 +24,7 @@ use crate::progress::StepProgress;
 use crate::session::Session;
 use crate::targets::{OutputFiles, select_by_extension};
 use crate::{command_words, origin, scene_input};
-use file::{AccuracyDocument, AccuracyFileKind};
+use file::{AccuracyDocument, FORMATS, FileFormat};
 
 /// Runs `accuracy`: measures, writes the requested files, and prints a table or JSON.
 pub fn run(mut session: Session, args: &AccuracyArgs) -> Result<(), Failure> {
@@ -41,8 +41,8 @@ pub fn run(mut session: Session, args: &AccuracyArgs) -> Result<(), Failure> {
     let flags = format_measurement_flags(words);
     let threads = session.run(rayon::current_num_threads);
     let document = AccuracyDocument::new(&loaded, &flags, &settings, threads, &report);
-    for (path, kind) in files {
-        let text = document.format_as(kind);
+    for (path, format) in files {
+        let text = format(&document);
         if is_stopped {
             write_partial_report(&session, path, &text, &loaded)?;
         } else {
@@ -59,15 +59,14 @@ pub fn run(mut session: Session, args: &AccuracyArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Resolves the files of `-o` and their kinds, and adds them to the outputs.
+/// Resolves the files of `-o` and their formats, and adds them to the outputs.
 fn resolve_report_files<'a>(
     args: &'a AccuracyArgs,
     outputs: &mut OutputFiles,
-) -> Result<Vec<(&'a Path, AccuracyFileKind)>, Failure> {
+) -> Result<Vec<(&'a Path, FileFormat)>, Failure> {
     let mut files = Vec::new();
     for path in &args.output {
-        let kind = select_by_extension(path, &AccuracyFileKind::ALL)?;
-        files.push((path.as_path(), kind));
+        files.push((path.as_path(), select_by_extension(path, &FORMATS)?));
         outputs.add_output(path, "-o")?;
     }
     Ok(files)

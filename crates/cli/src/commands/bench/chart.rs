@@ -2,11 +2,9 @@
 //! mark shows the least N at which the tree is faster.
 
 use raywright_core::bench::{
-    Crossover, GeneratedPrimitive, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming,
+    GeneratedPrimitive, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming,
 };
-use raywright_io::report::{
-    Plot, PlotAxis, PlotLine, PlotMark, PlotPoint, ThemeColour, format_three_digits,
-};
+use raywright_io::report::{Plot, PlotAxis, PlotLine, PlotPoint, ThemeColour};
 
 use super::BenchReport;
 
@@ -40,8 +38,6 @@ pub fn draw_bench_plot(series: &[GeneratedSceneTimings], report: &BenchReport) -
         },
         lines: scans.chain(trees).collect(),
         is_falling: false,
-        marks: series.iter().filter_map(build_crossover_mark).collect(),
-        key: Vec::new(),
     }
     .to_svg()
 }
@@ -71,20 +67,6 @@ fn build_series_line(
         is_dashed: series.kind == GeneratedPrimitive::Triangles,
         is_unjoined: false,
         points: series.rows.iter().filter_map(point).collect(),
-    }
-}
-
-fn build_crossover_mark(series: &GeneratedSceneTimings) -> Option<PlotMark> {
-    match series.crossover? {
-        Crossover::At(n) => Some(PlotMark {
-            x: n,
-            label: format!(
-                "dotted: {}, tree faster than scan from N = {}",
-                series.kind.name(),
-                format_three_digits(n)
-            ),
-        }),
-        Crossover::Always | Crossover::Never => None,
     }
 }
 

@@ -179,7 +179,7 @@ impl BenchReport {
     /// machine.
     pub fn new(options: BenchOptions, measured: BenchMeasurements) -> Self {
         Self {
-            format: 1,
+            format: 2,
             version: env!("CARGO_PKG_VERSION"),
             processor: processor_name(),
             processors: available_parallelism().map_or(1, usize::from),

@@ -1,7 +1,7 @@
 //! Tables of `bench`, as plain text and as Markdown.
 
 use raywright_core::bench::{
-    Crossover, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming, SceneComparison,
+    Crossover, FIT_FROM, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming, SceneComparison,
 };
 use raywright_io::format_bytes;
 use raywright_io::report::{ReportSection, format_median, format_three_digits};
@@ -193,8 +193,8 @@ fn format_build_cost_cells(
 
 fn describe_growth(label: &str, law: &PowerLaw) -> String {
     format!(
-        "The {label}'s time grows as N to the power {:.3} ± {:.3} (standard error; R² {:.4}; {} points from {} to {}).",
-        law.exponent, law.standard_error, law.r_squared, law.points, law.from, law.to
+        "The {label}'s time grows as N to the power {:.3} ± {:.3} (standard error), from N = {FIT_FROM} on.",
+        law.exponent, law.standard_error
     )
 }
 
