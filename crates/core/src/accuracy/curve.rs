@@ -42,10 +42,14 @@ impl Claim {
         f64::from(self.samples) / f64::from(self.replicates)
     }
 
-    /// Returns the logarithm of V for another number of samples, as this claim tells it.
-    fn logarithm_at(&self, samples: f64) -> f64 {
-        let distance = libm::log(samples / self.samples_of_replicate());
-        libm::log(self.square().value * f64::from(self.replicates)) - EXPONENT * distance
+    /// Returns V for another number of samples, as this claim tells it, with the standard error of its
+    /// logarithm.
+    fn square_of_replicate(&self, samples: f64) -> (f64, f64) {
+        let ratio = samples / self.samples_of_replicate();
+        let square = self.square();
+        let value = square.value * f64::from(self.replicates) * libm::pow(ratio, -EXPONENT);
+        let distance = EXPONENT_ERROR * libm::log(ratio);
+        (value, libm::hypot(square.logarithmic_error(), distance))
     }
 
     /// Returns the squared error of a picture with another seed. The fewer pixels carry the error, the
@@ -91,37 +95,37 @@ impl NoiseCurve {
     }
 
     /// Returns the squared error of noise of a picture with this number of samples per pixel: its own
-    /// claim, unless larger pictures show that it missed light. The interval contains the claim of the
-    /// nearest number of samples, since most pictures of few samples miss rare light.
+    /// claim, unless larger pictures show that it missed light. The interval contains what the claim of
+    /// this or the nearest number tells, since most pictures of few samples miss rare light.
     pub fn square(&self, samples: u32) -> ConfidenceInterval {
         let scale = 1.0 / f64::from(default_replicates(samples));
         let replicate = f64::from(samples) * scale;
         let square = scale * self.falling_square(replicate);
         let own = self.own_claim(replicate);
-        let own = own
-            .filter(|claim| claim.samples == samples)
-            .map(Claim::square);
+        let own = own.filter(|claim| claim.samples == samples);
+        let own = own.map(Claim::square);
         if let Some(own) = own.filter(|own| own.value >= square * (1.0 - 1e-9)) {
             return own;
         }
+        let (told, error) = self.told_square(replicate);
         if square == 0.0 {
             return ConfidenceInterval::from_exact(0.0);
         }
-        let (_, error) = self.square_of_replicate(replicate);
         let interval = ConfidenceInterval::from_logarithm(square, error);
-        let distance = |claim: &&Claim| libm::log(claim.samples_of_replicate() / replicate).abs();
-        let nearest = self
-            .claims
-            .iter()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let nearest = nearest.map_or(square, |claim| {
-            scale * libm::exp(claim.logarithm_at(replicate))
-        });
         ConfidenceInterval {
-            low: interval.low.min(nearest),
-            high: interval.high.max(nearest),
+            low: interval.low.min(scale * told),
+            high: interval.high.max(scale * told),
             ..interval
         }
+    }
+
+    /// Returns V for a number of samples, with the standard error of its logarithm: of the picture's own
+    /// claim, or of the one that knows it best. Claims in doubt count where no other is.
+    fn told_square(&self, samples: f64) -> (f64, f64) {
+        let of = |claim: &Claim| claim.square_of_replicate(samples);
+        let best = || self.claims.iter().map(of).min_by(|a, b| a.1.total_cmp(&b.1));
+        let told = self.own_claim(samples).map(of).or_else(best);
+        told.unwrap_or((0.0, f64::INFINITY))
     }
 
     /// Returns the known claim of a picture with this number of samples in a replicate, divided into
@@ -157,11 +161,7 @@ impl NoiseCurve {
         let mut points: Vec<(f64, f64)> = Vec::new();
         for claim in &self.claims {
             let samples = claim.samples_of_replicate();
-            let square = match self.own_claim(samples) {
-                Some(own) => own.square().value * f64::from(own.replicates),
-                None => self.square_of_replicate(samples).0,
-            };
-            points.push((samples, square));
+            points.push((samples, self.told_square(samples).0));
         }
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         for i in (1..points.len()).rev() {
@@ -181,31 +181,6 @@ impl NoiseCurve {
             return 0.0;
         }
         from.1 * libm::pow(from.0 / samples, exponent)
-    }
-
-    /// Returns V for a number of samples, with the standard error of its logarithm. Each claim tells
-    /// it, the better the nearer its own number is.
-    fn square_of_replicate(&self, samples: f64) -> (f64, f64) {
-        let (mut sum, mut weights, mut least_error) = (0.0, 0.0, f64::INFINITY);
-        for claim in &self.claims {
-            let square = claim.square();
-            let distance = libm::log(samples / claim.samples_of_replicate());
-            let value = claim.logarithm_at(samples);
-            let error = libm::hypot(square.logarithmic_error(), EXPONENT_ERROR * distance);
-            // A claim of zero is exact, and has no logarithm. Claims in doubt count where no other is.
-            let weight = 1.0 / (error * error).clamp(1e-12, 1e12);
-            if square.high == 0.0 {
-                return (0.0, 0.0);
-            }
-            if value.is_finite() && weight > 0.0 {
-                sum += weight * value;
-                weights += weight;
-                // The samples of a smaller picture are part of a larger one's, so that several claims
-                // are no surer than the best.
-                least_error = error.min(least_error);
-            }
-        }
-        (libm::exp(sum / weights), least_error)
     }
 }
 

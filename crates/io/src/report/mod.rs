@@ -2,7 +2,6 @@
 //! self-contained HTML pages.
 
 mod error_margins;
-mod labels;
 mod numbers;
 mod page;
 mod plot;

@@ -51,19 +51,10 @@ fn points_line(name: &str, colour: ThemeColour, points: Vec<PlotPoint>) -> PlotL
     }
 }
 
-/// Returns the point of a measured setting, with a label and a name; `None` without a known error.
-fn named_point(measured: &MeasuredSetting, label: String, name: String) -> Option<PlotPoint> {
-    Some(PlotPoint {
-        label: Some(label),
-        name,
-        ..to_plot_point(measured)?
-    })
-}
-
-/// Returns the position of a measured setting in the plot: time in seconds, and error; `None` if the
-/// error is not known. An error that is indistinguishable from zero is drawn at the upper end of its
-/// confidence interval.
-fn to_plot_point(measured: &MeasuredSetting) -> Option<PlotPoint> {
+/// Returns the point of a measured setting in the plot, time in seconds and error, with a label and a
+/// name; `None` if the error is not known. An error that is indistinguishable from zero is drawn at the
+/// upper end of its confidence interval.
+fn to_plot_point(measured: &MeasuredSetting, label: String, name: String) -> Option<PlotPoint> {
     let root = |value: f64| value.max(1e-12).sqrt();
     let error = &measured.errors.relmse;
     if !error.map(f64::sqrt).is_known() {
@@ -76,7 +67,8 @@ fn to_plot_point(measured: &MeasuredSetting) -> Option<PlotPoint> {
         y: root(y),
         spread: [root(if is_bound { y } else { error.low }), root(error.high)],
         is_bound,
-        ..PlotPoint::default()
+        label: Some(label),
+        name,
     })
 }
 
@@ -141,10 +133,10 @@ impl AccuracyPage<'_> {
         let report = self.report;
         let frontier = (1..).zip(&report.frontier).filter_map(|(i, &row)| {
             let (measured, flags) = (&report.settings[row], self.flags[row].clone());
-            named_point(measured, flags, format!("({i})"))
+            to_plot_point(measured, flags, format!("({i})"))
         });
         let own = "as it is";
-        let own_point = named_point(report.own(), own.to_owned(), own.to_owned());
+        let own_point = to_plot_point(report.own(), own.to_owned(), String::new());
         let mut lines = vec![
             PlotLine {
                 name: "settings worth their time".to_owned(),
@@ -161,12 +153,9 @@ impl AccuracyPage<'_> {
             let Some(choice) = measured.single_rung() else {
                 continue;
             };
-            let label = choice.to_string();
-            let (line, name) = match choice.ladder() {
-                Ladder::Samples => (2, choice.rung().to_owned()),
-                _ => (3, label.clone()),
-            };
-            let point = named_point(measured, label, name);
+            // A pointer or the focus tells the names of these.
+            let line = if choice.ladder() == Ladder::Samples { 2 } else { 3 };
+            let point = to_plot_point(measured, choice.to_string(), String::new());
             let is_new = |point: &PlotPoint| !drawn.contains(&(point.x, point.y));
             lines[line].points.extend(point.filter(is_new));
         }

@@ -5,7 +5,6 @@ mod line;
 
 use std::fmt::Write;
 
-use super::labels::{AREA, OccupiedBoxes};
 use super::scale::{DecadeScale, PlotScales};
 
 use crate::masking::mask_control_characters;
@@ -68,7 +67,7 @@ pub struct PlotPoint {
     /// Description, shown while a pointer is over the point; `None` if the name of the line
     /// suffices.
     pub label: Option<String>,
-    /// Short name, written beside the point if there is room.
+    /// Short name, written beside the point; empty for none.
     pub name: String,
     /// Whether the vertical coordinate is only an upper bound; drawn as an arrow downwards.
     pub is_bound: bool,
@@ -85,6 +84,9 @@ pub enum ThemeColour {
     /// Green.
     Third,
 }
+
+/// Area of the plot: left, top, right, bottom, in pixels of the SVG.
+const AREA: [f64; 4] = [84.0, 96.0, 816.0, 510.0];
 
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 578.0;
@@ -113,7 +115,6 @@ impl Plot {
         for line in &self.lines {
             line.draw_line(&mut svg, &frame);
         }
-        self.draw_point_names(&mut svg, &frame);
         self.draw_legend(&mut svg);
         svg.push_str("</svg>\n");
         svg
@@ -214,38 +215,6 @@ impl Plot {
             left + 300.0,
             AREA[1] + 10.0 + 23.0 * rows as f64,
         ]
-    }
-
-    /// Writes the short names of points beside them, if there is room.
-    fn draw_point_names(&self, svg: &mut String, frame: &PlotScales) {
-        let places: Vec<(f64, f64)> = self
-            .lines
-            .iter()
-            .flat_map(|line| &line.points)
-            .map(|p| (frame.x.map_value(p.x), frame.y.map_value(p.y)))
-            .collect();
-        let mut labels = OccupiedBoxes::new(&places, self.legend_box());
-        for line in &self.lines {
-            // A narrow page has room for the names of the main lines alone.
-            let more = match line.colour {
-                ThemeColour::First => "",
-                _ => " more",
-            };
-            for point in line.points.iter().filter(|point| !point.name.is_empty()) {
-                let Some((x, y)) = labels.place_label(
-                    &point.name,
-                    frame.x.map_value(point.x),
-                    frame.y.map_value(point.y),
-                ) else {
-                    continue;
-                };
-                let _ = writeln!(
-                    svg,
-                    "<text class=\"name label{more}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>",
-                    escape_xml(&point.name)
-                );
-            }
-        }
     }
 
     /// Draws the legend, in the upper corner that the lines do not reach.

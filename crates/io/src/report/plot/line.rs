@@ -75,6 +75,16 @@ impl PlotLine {
                 "<path class=\"spread {}\" fill=\"none\" d=\"{spread}\"/>",
                 self.css_class()
             );
+            if !point.name.is_empty() {
+                // Where lines fall, the upper right of a point is free.
+                let _ = writeln!(
+                    svg,
+                    "<text class=\"name label\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+                    x + 6.0,
+                    y - 6.0,
+                    escape_xml(&point.name)
+                );
+            }
             match &point.label {
                 None => self.draw_marker(svg, x, y),
                 Some(label) => {
