@@ -5,7 +5,6 @@
 //! settings. So a rung always means the same as the command-line flag or scene key for that choice.
 
 mod choice;
-mod current_value;
 mod rungs;
 mod value;
 
@@ -91,14 +90,36 @@ impl Ladder {
         self.rungs().iter().find(|rung| rung.name == name)
     }
 
-    /// Returns the name of the ladder's rung in a scene and its settings. A number of samples or
-    /// segments that is not among the rungs is returned as a numeral.
+    /// Returns the name of the rung in use: the one whose choice changes nothing. Outside the ladder it
+    /// is a number, `none` for trees that are not used, and `mixed` for several.
     pub fn current_rung_name(self, scene: &Scene, settings: &Settings) -> String {
-        let Some(value) = self.current_value(scene, settings) else {
-            return if self == Self::Build { "none" } else { "mixed" }.to_owned();
+        // What rungs change or read of a scene.
+        let part = Scene {
+            render: scene.render.clone(),
+            classic: scene.classic.clone(),
+            textures: scene.textures.clone(),
+            ..Scene::default()
         };
-        let rung = self.rungs().iter().find(|rung| rung.value == value);
-        rung.map_or_else(|| value.name_outside_ladder(), |rung| rung.name.to_owned())
+        let settings = Settings {
+            integrator: chosen_integrator(scene, settings),
+            ..settings.clone()
+        };
+        let is_in_use = |rung: &&Rung| {
+            let (mut scene, mut after) = (part.clone(), settings.clone());
+            rung.value.apply(&mut scene, &mut after);
+            scene == part && after == settings
+        };
+        match self.rungs().iter().find(is_in_use) {
+            Some(rung) => rung.name.to_owned(),
+            None => match self {
+                Self::PathLength if settings.max_depth == Settings::UNLIMITED => "unlimited".into(),
+                Self::PathLength => settings.max_depth.to_string(),
+                Self::Samples => settings.samples().to_string(),
+                Self::Clamp => settings.clamp.unwrap_or_default().to_string(),
+                Self::Build => "none".into(),
+                _ => "mixed".into(),
+            },
+        }
     }
 }
 

@@ -67,7 +67,7 @@ impl RungValue {
             Self::ConstantOffset(true) => scene.classic.spawn = SpawnRule::Constant(OFFSET),
             Self::Shadows(value) => {
                 set_effect_switched_off(settings, Effect::Shadows, value.is_none());
-                settings.area_shadows = value.unwrap_or_default();
+                settings.area_shadows = value.unwrap_or(settings.area_shadows);
             }
             Self::LightSampling(value) => settings.light_sampling = value,
             Self::SkyChoice(value) => settings.sky_choice = value,
@@ -91,18 +91,6 @@ impl RungValue {
             // A chosen build quality of the tree stays.
             Self::Tree(true) if matches!(settings.accelerator, AcceleratorKind::Tree(_)) => {}
             Self::Tree(true) => settings.accelerator = AcceleratorKind::default(),
-        }
-    }
-
-    /// Returns the name, in reports, of a value that is not among the rungs. It is a numeral or
-    /// `unlimited`.
-    pub(super) fn name_outside_ladder(self) -> String {
-        match self {
-            Self::PathLength(Settings::UNLIMITED) => "unlimited".to_owned(),
-            Self::PathLength(number) | Self::Samples(number) => number.to_string(),
-            Self::Clamp(Some(maximum)) => maximum.to_string(),
-            // Every other value is a rung's.
-            other => format!("{other:?}"),
         }
     }
 }
