@@ -153,7 +153,8 @@ fn measure_costs(
         max_memory: Some(Limits::default().memory_bytes),
         ..settings.clone()
     };
-    let costs = measure_effects(&loaded.scene, &settings, args.budget, observer, steps);
+    let mut tell = |label: &str, share: f64| steps.show_step(label, share);
+    let costs = measure_effects(&loaded.scene, &settings, args.budget, observer, &mut tell);
     costs.map_err(|error| prepare_failure(&loaded.source, error))
 }
 

@@ -66,7 +66,7 @@ pub fn measure_effects(
     settings: &Settings,
     budget: Duration,
     observer: &dyn Observer,
-    listener: &mut dyn ProgressListener,
+    listener: ProgressListener<'_>,
 ) -> Result<EffectCosts, PrepareError> {
     let bench = EffectBench {
         scene,
@@ -101,7 +101,7 @@ impl EffectBench<'_> {
     fn measure_costs(
         &self,
         settings: &Settings,
-        listener: &mut dyn ProgressListener,
+        listener: ProgressListener<'_>,
     ) -> Result<EffectCosts, PrepareError> {
         let simulated = assess_effects(self.scene, settings).simulated();
         let measured: Vec<Effect> = Effect::ALL
@@ -109,7 +109,7 @@ impl EffectBench<'_> {
             .copied()
             .filter(|&e| simulated.has(e) && SWITCHABLE_EFFECTS.has(e))
             .collect();
-        listener.report_step("timing a small trial render", 0.0);
+        listener("timing a small trial render", 0.0);
         let settings = Settings {
             size: self.choose_picture_size(settings, measured.len())?,
             crop: None,
@@ -127,7 +127,7 @@ impl EffectBench<'_> {
                 let share =
                     self.start.elapsed().as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
                 let label = format!("rendering without {}", effect.name());
-                listener.report_step(&label, share.min(1.0));
+                listener(&label, share.min(1.0));
                 let render = |settings| none_if_cancelled(self.render_round(settings, round));
                 let (Some(with), Some(without)) = (render(&settings)?, render(&off)?) else {
                     break;

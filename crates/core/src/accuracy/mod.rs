@@ -59,23 +59,9 @@ pub struct AccuracyEffort {
     pub rounds: u32,
 }
 
-/// Listener to the progress of a measurement. It cannot stop the measurement; an [`Observer`] can.
-pub trait ProgressListener {
-    /// Reports the next step: its description, and the spent share of the time budget, 0 to 1.
-    fn report_step(&mut self, label: &str, share: f64);
-}
-
-/// Ignores the progress of a measurement.
-impl ProgressListener for () {
-    fn report_step(&mut self, _: &str, _: f64) {}
-}
-
-/// Passes the progress on to a function.
-impl<F: FnMut(&str, f64)> ProgressListener for F {
-    fn report_step(&mut self, label: &str, share: f64) {
-        self(label, share);
-    }
-}
+/// Function that is told the next step of a measurement: its description, and the spent share of the
+/// time budget, 0 to 1. It cannot stop the measurement; an [`Observer`] can.
+pub type ProgressListener<'a> = &'a mut dyn FnMut(&str, f64);
 
 /// Reason why a measurement of accuracy has no report.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -102,7 +88,7 @@ pub fn measure_accuracy(
     settings: &Settings,
     effort: &AccuracyEffort,
     observer: &dyn Observer,
-    listener: &mut dyn ProgressListener,
+    listener: ProgressListener<'_>,
 ) -> Result<AccuracyReport, MeasureError> {
     let clocks: (Stopwatch, ClockFunction<'_>) = (time_on_process, &Instant::now);
     measure_by_clocks((scene, settings), effort, observer, listener, clocks)
@@ -113,7 +99,7 @@ fn measure_by_clocks(
     (scene, settings): (&Scene, &Settings),
     effort: &AccuracyEffort,
     observer: &dyn Observer,
-    listener: &mut dyn ProgressListener,
+    listener: ProgressListener<'_>,
     clocks: (Stopwatch, ClockFunction<'_>),
 ) -> Result<AccuracyReport, MeasureError> {
     let begun = clocks.1();

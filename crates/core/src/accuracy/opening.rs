@@ -30,16 +30,16 @@ impl Study<'_> {
     ///
     /// # Errors
     /// A render that cannot be prepared; [`PrepareError::Cancelled`] before the first trials.
-    pub fn run(&mut self, listener: &mut dyn ProgressListener) -> Result<bool, PrepareError> {
-        listener.report_step("a first look at the picture", 0.0);
+    pub fn run(&mut self, listener: ProgressListener<'_>) -> Result<bool, PrepareError> {
+        listener("a first look at the picture", 0.0);
         self.look_at_picture()?;
-        listener.report_step("the reference", self.spent_share());
+        listener("the reference", self.spent_share());
         self.render_reference()?;
         while let Some(job) = next_job(self) {
             if self.renderer.observer.is_cancelled() {
                 return Ok(true);
             }
-            listener.report_step(&job.setting.to_string(), self.spent_share());
+            listener(&job.setting.to_string(), self.spent_share());
             if !self.run_job(job)? {
                 break;
             }

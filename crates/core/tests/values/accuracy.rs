@@ -33,7 +33,7 @@ fn measured(scene: &Scene) -> AccuracyReport {
         max_depth: 4,
         ..settings(scene, DOWN)
     };
-    measure_accuracy(scene, &settings, &EFFORT, &(), &mut ()).expect("a report")
+    measure_accuracy(scene, &settings, &EFFORT, &(), &mut |_, _| ()).expect("a report")
 }
 
 /// The measured rungs of a ladder, by name; the one in use is the scene's own setting.
@@ -123,7 +123,7 @@ fn noise_is_no_bias() {
         sampling: Sampling::General(16),
         ..settings(&scene, DOWN)
     };
-    let report = measure_accuracy(&scene, &settings, &effort, &(), &mut ()).expect("a report");
+    let report = measure_accuracy(&scene, &settings, &effort, &(), &mut |_, _| ()).expect("a report");
     let samples = |name: &str| {
         let all = rungs(&report, "samples");
         let found = all.into_iter().find(|(rung, _)| rung == name);
@@ -153,7 +153,7 @@ fn a_measurement_can_be_stopped() {
         &settings(&scene, DOWN),
         &EFFORT,
         &StopsAtOnce,
-        &mut (),
+        &mut |_, _| (),
     );
     assert_eq!(stopped.err(), Some(PrepareError::Cancelled.into()));
 }

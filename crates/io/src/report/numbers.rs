@@ -112,6 +112,22 @@ pub fn format_duration(seconds: f64) -> String {
     }
 }
 
+/// Formats a power of ten in seconds by its exponent, in the unit that fits: `10 ms`.
+pub fn format_seconds(exponent: i32) -> String {
+    let (unit, name) = match exponent {
+        ..-6 => (-9, "ns"),
+        -6..-3 => (-6, "µs"),
+        -3..0 => (-3, "ms"),
+        _ => (0, "s"),
+    };
+    format!("{} {name}", format_power(exponent - unit))
+}
+
+/// Formats a power of ten by its exponent: `0.01`, `1000`.
+pub fn format_power(exponent: i32) -> String {
+    10_f64.powi(exponent).to_string()
+}
+
 /// Formats seconds as a value of `--budget`, rounded up to tens of seconds, or to minutes from one
 /// minute on.
 pub fn format_budget(seconds: f64) -> String {
@@ -216,6 +232,15 @@ mod tests {
             assert_eq!(format_duration(seconds), text);
         }
         assert_eq!(format_duration(7500.0), "2 h 5 min");
+    }
+
+    /// Protects: times at an axis have units, from a tenth of a nanosecond to seconds.
+    #[test]
+    fn powers_of_ten_have_units() {
+        assert_eq!(
+            [-10, -9, -7, -6, -2, 0, 1].map(format_seconds),
+            ["0.1 ns", "1 ns", "100 ns", "1 µs", "10 ms", "1 s", "10 s"]
+        );
     }
 
     /// Protects: a mean square error whose estimate is below zero is shown as its upper bound, not

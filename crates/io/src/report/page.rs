@@ -13,7 +13,7 @@ use raywright_core::ladder::Ladder;
 use raywright_core::picture::Picture;
 use raywright_core::settings::Crop;
 
-use super::numbers::{format_number, format_precise_duration};
+use super::numbers::{format_number, format_power, format_precise_duration, format_seconds};
 use super::plot::{Plot, PlotAxis, PlotLine, PlotPoint, ThemeColour, escape_xml};
 use super::section::{ReportSection, html_with_code};
 use super::table::format_uncertain;
@@ -76,18 +76,6 @@ fn to_plot_point(measured: &MeasuredSetting, label: String, name: String) -> Opt
 const MOST_SCALE: u32 = 16;
 /// Largest width in pixels of the whole picture on the page.
 const WIDEST: u32 = 960;
-
-fn format_seconds(exponent: i32) -> String {
-    match exponent {
-        ..-3 => format!("{} µs", format_power(exponent + 6)),
-        -3..0 => format!("{} ms", format_power(exponent + 3)),
-        _ => format!("{} s", format_power(exponent)),
-    }
-}
-
-fn format_power(exponent: i32) -> String {
-    10_f64.powi(exponent).to_string()
-}
 
 /// Formats a complete HTML page from title, body and script; the script may be empty.
 pub fn html_document(title: &str, body: &str, script: &str) -> String {

@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use raywright_core::accuracy::{
-    AccuracyEffort, AccuracyReport, MeasureError, ProgressListener, measure_accuracy,
+    AccuracyEffort, AccuracyReport, MeasureError, measure_accuracy,
 };
 use raywright_core::{Observer, Settings};
 use raywright_io::{Error, LoadedScene};
@@ -127,7 +127,8 @@ fn measure(
         size: args.size,
         rounds: args.rounds,
     };
-    let measured = measure_accuracy(&loaded.scene, &settings, &effort, observer, steps);
+    let mut tell = |label: &str, share: f64| steps.show_step(label, share);
+    let measured = measure_accuracy(&loaded.scene, &settings, &effort, observer, &mut tell);
     let report = measured.map_err(|error| match error {
         MeasureError::Prepare(error) => prepare_failure(&loaded.source, error),
         error => Failure::new(
@@ -155,10 +156,4 @@ pub fn format_measurement_flags(words: Vec<OsString>) -> Vec<String> {
         }
     }
     flags
-}
-
-impl ProgressListener for StepProgress {
-    fn report_step(&mut self, label: &str, share: f64) {
-        self.show_step(label, share);
-    }
 }

@@ -3,7 +3,6 @@
 use raywright_core::bench::{
     Crossover, FIT_FROM, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming, SceneComparison,
 };
-use raywright_io::format_bytes;
 use raywright_io::report::{ReportSection, format_median, format_three_digits};
 
 use super::{BenchMeasurements, BenchReport};
@@ -47,25 +46,64 @@ fn build_sections(report: &BenchReport) -> Vec<ReportSection> {
     }
 }
 
-/// Returns the sections of times, and of build times and memory, of a series of generated scenes.
-fn series_sections(series: &GeneratedSceneTimings, report: &BenchReport) -> [ReportSection; 2] {
-    let title = capitalise(series.kind.name());
-    let rows: Vec<&ScanTreeTiming> = series.rows.iter().collect();
-    let size = |row: &ScanTreeTiming| row.primitives.to_string();
-    let times = rows.iter().map(|row| (vec![size(row)], *row)).collect();
+/// Builds the sections of a kind of generated primitives: times, and build times with memory.
+fn series_sections(series: &GeneratedSceneTimings, report: &BenchReport) -> Vec<ReportSection> {
+    let rows = series.rows.iter();
+    let rows: Vec<_> = rows.map(|row| (vec![row.primitives.to_string()], row)).collect();
     let growth = |label, law: Option<PowerLaw>| law.map(|law| describe_growth(label, &law));
     let mut notes = vec![describe_crossover(series.crossover)];
     notes.extend(growth("tree", series.tree_growth));
     notes.extend(growth("scan", series.scan_growth));
-    notes.extend(describe_skipped_scans(&rows, report));
-    let costs = rows.iter().map(|row| {
-        let cells = |cost| {
-            format_build_cost_cells(cost, |bytes| {
-                format_three_digits(bytes as f64 / row.primitives as f64)
-            })
+    let all: Vec<_> = series.rows.iter().collect();
+    let name = series.kind.name();
+    let title = name[..1].to_uppercase() + &name[1..];
+    build_pair(title, (&["N"], rows), &all, notes, report)
+}
+
+/// Builds the sections of a given scene, with a row for each kind of rays.
+fn scene_sections(comparison: &SceneComparison, report: &BenchReport) -> Vec<ReportSection> {
+    let camera = &comparison.camera;
+    let bounce = comparison.bounce.iter().map(|row| ("bounce", row));
+    let named = [("camera", camera)].into_iter().chain(bounce);
+    let row = |(name, row): (&str, _)| {
+        let row: &ScanTreeTiming = row;
+        (vec![name.to_owned(), row.tree.rays.to_string()], row)
+    };
+    let rows: Vec<_> = named.map(row).collect();
+    let note = "No camera ray hits an object, so that no bounce was measured.".to_owned();
+    let notes = comparison.bounce.map_or(vec![note], |_| Vec::new());
+    let title = format!("Scan against tree, {} primitives", camera.primitives);
+    build_pair(title, (&["rays", "number"], rows), &[camera], notes, report)
+}
+
+/// Builds the section of the times of rows, and that of the builds and the memory of `built`.
+fn build_pair(
+    title: String,
+    (first, rows): (&[&str], Vec<(Vec<String>, &ScanTreeTiming)>),
+    built: &[&ScanTreeTiming],
+    mut notes: Vec<String>,
+    report: &BenchReport,
+) -> Vec<ReportSection> {
+    if rows.iter().any(|(_, row)| row.scan.is_none()) {
+        notes.push(format!(
+            "Scans not run: a single timing sample would take much longer than {} ms.",
+            format_three_digits(report.sample_seconds * 1e3)
+        ));
+    }
+    let costs = built.iter().map(|row| {
+        let cells = |cost: Option<QueryCost>| {
+            cost.map_or_else(
+                || ["not run".to_owned(), "-".to_owned()],
+                |cost| {
+                    let bytes = cost.bytes as f64 / row.primitives as f64;
+                    let build = format_median(&cost.build_milliseconds);
+                    [build, format_three_digits(bytes)]
+                },
+            )
         };
         let cells = [cells(row.scan), cells(Some(row.tree))].concat();
-        [size(row)].into_iter().chain(cells).collect()
+        let size = row.primitives.to_string();
+        [size].into_iter().chain(cells).collect()
     });
     let names = [
         "N",
@@ -74,60 +112,20 @@ fn series_sections(series: &GeneratedSceneTimings, report: &BenchReport) -> [Rep
         "tree: build, ms",
         "bytes/N",
     ];
-    [
-        section(title.clone(), time_table(&["N"], times), notes),
+    let section = |title, table, notes| ReportSection {
+        explanation: String::new(),
+        title,
+        table,
+        notes,
+    };
+    vec![
+        section(title.clone(), time_table(first, rows), notes),
         section(
             format!("{title}: build and memory"),
             Table::new([ColumnAlignment::Right; 5], names, costs),
             Vec::new(),
         ),
     ]
-}
-
-/// Returns the sections of times, and of build times and memory, of a given scene.
-fn scene_sections(comparison: &SceneComparison, report: &BenchReport) -> Vec<ReportSection> {
-    let camera = &comparison.camera;
-    let named = [("camera", camera)].into_iter();
-    let named: Vec<_> = named
-        .chain(comparison.bounce.iter().map(|row| ("bounce", row)))
-        .collect();
-    let rows: Vec<&ScanTreeTiming> = named.iter().map(|(_, row)| *row).collect();
-    let times = named.iter().map(|(name, row)| {
-        let cells = vec![(*name).to_owned(), row.tree.rays.to_string()];
-        (cells, *row)
-    });
-    let mut table = time_table(&["rays", "number"], times.collect());
-    table.columns[0] = ColumnAlignment::Left;
-    let mut notes = Vec::new();
-    if comparison.bounce.is_none() {
-        notes.push("No camera ray hits an object, so that no bounce was measured.".to_owned());
-    }
-    notes.extend(describe_skipped_scans(&rows, report));
-    let structures = [("scan", camera.scan), ("tree", Some(camera.tree))];
-    let costs = structures.into_iter().map(|(name, cost)| {
-        let cells = format_build_cost_cells(cost, |bytes| format_bytes(bytes as u64));
-        [name.to_owned()].into_iter().chain(cells).collect()
-    });
-    let mut columns = [ColumnAlignment::Right; 3];
-    columns[0] = ColumnAlignment::Left;
-    let names = ["structure", "build from objects, ms", "memory"];
-    vec![
-        section("Scan against tree".to_owned(), table, notes),
-        section(
-            format!("Build and memory, {} primitives", camera.primitives),
-            Table::new(columns, names, costs),
-            Vec::new(),
-        ),
-    ]
-}
-
-fn section(title: String, table: Table, notes: Vec<String>) -> ReportSection {
-    ReportSection {
-        explanation: String::new(),
-        title,
-        table,
-        notes,
-    }
 }
 
 /// Returns the table of times and tests. Each row has its own cells, below the headings `first`.
@@ -154,8 +152,12 @@ fn time_table(first: &[&str], rows: Vec<(Vec<String>, &ScanTreeTiming)>) -> Tabl
         own.into_iter().chain(cells).collect()
     };
     let names = first.iter().chain(&names).map(|&name| name.to_owned());
+    let mut columns = vec![ColumnAlignment::Right; first.len() + 6];
+    if first.len() > 1 {
+        columns[0] = ColumnAlignment::Left;
+    }
     Table {
-        columns: vec![ColumnAlignment::Right; first.len() + 6],
+        columns,
         rows: [names.collect()]
             .into_iter()
             .chain(rows.into_iter().map(cells))
@@ -179,40 +181,11 @@ fn describe_crossover(crossover: Option<Crossover>) -> String {
     }
 }
 
-/// Formats two cells: the build time in milliseconds with its spread, and the memory in bytes as
-/// `memory` formats it.
-fn format_build_cost_cells(
-    cost: Option<QueryCost>,
-    memory: impl Fn(usize) -> String,
-) -> [String; 2] {
-    cost.map_or_else(
-        || ["not run".to_owned(), "-".to_owned()],
-        |cost| [format_median(&cost.build_milliseconds), memory(cost.bytes)],
-    )
-}
-
 fn describe_growth(label: &str, law: &PowerLaw) -> String {
     format!(
         "The {label}'s time grows as N to the power {:.3} ± {:.3} (standard error), from N = {FIT_FROM} on.",
         law.exponent, law.standard_error
     )
-}
-
-fn describe_skipped_scans(rows: &[&ScanTreeTiming], report: &BenchReport) -> Option<String> {
-    rows.iter().any(|row| row.scan.is_none()).then(|| {
-        format!(
-            "Scans not run: a single timing sample would take much longer than {} ms.",
-            format_three_digits(report.sample_seconds * 1e3)
-        )
-    })
-}
-
-fn capitalise(word: &str) -> String {
-    let mut letters = word.chars();
-    letters
-        .next()
-        .map(|first| first.to_uppercase().chain(letters).collect())
-        .unwrap_or_default()
 }
 
 #[cfg(test)]

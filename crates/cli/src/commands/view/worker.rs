@@ -346,11 +346,10 @@ impl ViewWorker {
         self.message = "measuring the costs of effects".to_owned();
         self.publish_status(None);
         let watch = self.request_observer();
-        let mut steps = StepProgress::start(Verbosity::Quiet);
         let (scene, settings) = (&subject.loaded.scene, &subject.plan.settings);
         let measured = self
             .session
-            .run(|| measure_effects(scene, settings, MEASURE_TIMEOUT, &watch, &mut steps));
+            .run(|| measure_effects(scene, settings, MEASURE_TIMEOUT, &watch, &mut |_, _| ()));
         self.message = match measured {
             Ok(costs) => {
                 self.costs = costs

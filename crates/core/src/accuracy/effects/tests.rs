@@ -25,7 +25,7 @@ fn measured_without(
         start: Instant::now(),
         budget,
     }
-    .measure_costs(&settings, &mut ())
+    .measure_costs(&settings, &mut |_, _| ())
 }
 
 const MIRROR: &str = r#"{"format": 1, "render": {"size": [4, 2], "pattern": "centre", "max_depth": 4}, "sky": {"constant": 0.5},

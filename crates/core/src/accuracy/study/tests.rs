@@ -60,7 +60,7 @@ fn effort(seconds: f64, rounds: u32) -> AccuracyEffort {
     }
 }
 
-fn measured_by(stopwatch: Stopwatch, listener: &mut dyn ProgressListener) -> AccuracyReport {
+fn measured_by(stopwatch: Stopwatch, listener: ProgressListener<'_>) -> AccuracyReport {
     let scene = corridor();
     measure_by_clocks(
         (&scene, &Settings::from_scene(&scene)),
@@ -166,7 +166,7 @@ fn a_slower_machine_makes_no_rung_slow() {
 /// than exact ones.
 #[test]
 fn small_scenes_are_measured_as_they_are() {
-    let report = measured_by(MICROSECOND_A_RAY, &mut ());
+    let report = measured_by(MICROSECOND_A_RAY, &mut |_, _| ());
     assert_eq!(
         (report.size, report.tiles.measured, report.tiles.all),
         ([4, 2], 1, 1)
@@ -224,7 +224,7 @@ fn errors_are_those_that_pictures_claim() {
         (&scene, &settings),
         &effort(600.0, 2),
         &(),
-        &mut (),
+        &mut |_, _| (),
         (MICROSECOND_A_RAY, &Instant::now),
     )
     .expect("a report");
@@ -409,7 +409,7 @@ fn measured_in(
         (&scene, &settings),
         &effort(budget, 2),
         &StopsAt(&clock, stop),
-        &mut (),
+        &mut |_, _| (),
         (MICROSECOND_A_RAY, &|| clock.now()),
     );
     (report, clock.seconds())

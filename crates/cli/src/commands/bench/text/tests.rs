@@ -34,7 +34,7 @@ fn figures_are_in_their_columns() {
         primitives: 1000,
         hit_share: 0.625,
         scan: Some(cost(800.0, 1.0, 2000)),
-        tree: cost(50.0, 5.0, 6 << 20),
+        tree: cost(50.0, 5.0, 6_000_000),
         ratio: Some(quantiles(16.0)),
     };
     let times = |row: &ScanTreeTiming| {
@@ -57,7 +57,10 @@ fn figures_are_in_their_columns() {
     };
     let report = BenchReport::new(options, BenchMeasurements::Generated(vec![]));
     let sheet = &scene_sections(&comparison, &report)[1];
-    assert_eq!(sheet.title, "Build and memory, 1000 primitives");
+    assert_eq!(
+        sheet.title,
+        "Scan against tree, 1000 primitives: build and memory"
+    );
     let rows: Vec<String> = sheet
         .table
         .rows
@@ -66,7 +69,7 @@ fn figures_are_in_their_columns() {
         .collect();
     assert_eq!(
         rows[1..],
-        ["scan | 1.00 ± 5.0 % | 2 KiB", "tree | 5.00 ± 5.0 % | 6 MiB"]
+        ["1000 | 1.00 ± 5.0 % | 2.00 | 5.00 ± 5.0 % | 6000"]
     );
     let untimed = ScanTreeTiming {
         scan: None,
