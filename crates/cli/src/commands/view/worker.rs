@@ -30,10 +30,8 @@ use crate::commands::view::progress::{LiveRender, LoadObserver, PreviewSpeed, Re
 use crate::commands::view::shared::{SaveRequest, SharedView, ViewFrame, ViewJob, ViewRequest};
 use crate::commands::view::status::{list_effect_switches, scene_status};
 use crate::commands::view::viewed_scene::{FileStamps, SceneChange, ViewedScene};
-use crate::console::Verbosity;
 use crate::failure::Failure;
 use crate::origin;
-use crate::progress::StepProgress;
 use crate::session::Session;
 use crate::targets::OutputFiles;
 
