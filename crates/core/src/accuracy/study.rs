@@ -6,7 +6,7 @@ use std::time::Instant;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::AccuracyEffort;
-use super::renderer::{FilmRequest, REPLICATES, SettingRenderer, TimedFilm, none_if_cancelled};
+use super::renderer::{FilmRequest, SettingRenderer, TimedFilm, none_if_cancelled};
 use super::setting::RungSetting;
 use super::space::SettingSpace;
 use super::tiles::{crop_picture, tile_count, tile_crop, tiles_of_crop};

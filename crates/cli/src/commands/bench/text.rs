@@ -65,11 +65,9 @@ fn scene_sections(comparison: &SceneComparison, report: &BenchReport) -> Vec<Rep
     let camera = &comparison.camera;
     let bounce = comparison.bounce.iter().map(|row| ("bounce", row));
     let named = [("camera", camera)].into_iter().chain(bounce);
-    let row = |(name, row): (&str, _)| {
-        let row: &ScanTreeTiming = row;
-        (vec![name.to_owned(), row.tree.rays.to_string()], row)
-    };
-    let rows: Vec<_> = named.map(row).collect();
+    let rows: Vec<_> = named
+        .map(|(name, row)| (vec![name.to_owned(), row.tree.rays.to_string()], row))
+        .collect();
     let note = "No camera ray hits an object, so that no bounce was measured.".to_owned();
     let notes = comparison.bounce.map_or(vec![note], |_| Vec::new());
     let title = format!("Scan against tree, {} primitives", camera.primitives);
