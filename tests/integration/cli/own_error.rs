@@ -136,7 +136,8 @@ fn files_say_what_is_known() {
 }
 
 /// Protects: a visibly noisy picture gets one recommendation to denoise, and none if it is
-/// denoised, has a target error, or is smooth.
+/// denoised, is to keep its noise, has a target error, or is smooth. The error of few samples is
+/// called a guess where it stands.
 #[test]
 fn denoising_is_named_where_it_helps() {
     let sandbox = sandbox();
@@ -147,6 +148,15 @@ fn denoising_is_named_where_it_helps() {
             .contains("--denoise would reduce")
     };
     assert!(said("--spp 8 -o a.png -v"));
+    for choice in ["--no-denoise", "--rung reconstruction=unbiased"] {
+        assert!(!said(&format!("--spp 8 {choice} -o n.png -v")), "{choice}");
+    }
+    let guess = render(&sandbox, "--spp 8 -o g.png");
+    assert!(
+        guess.stderr.contains(", a guess from few samples"),
+        "{}",
+        guess.stderr
+    );
     assert!(!said("--spp 8 --denoise -o b.png -v"));
     assert!(
         !said("--spp 4 -o c.png -v"),
