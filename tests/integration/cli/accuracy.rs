@@ -145,7 +145,9 @@ fn files_hold_the_figures() {
         assert!(setting["errors"]["root_relmse"]["value"].is_number());
     }
     let named = |of: &str| {
-        let precision = settings.iter().find(|row| row["flags"] == vec![of].into());
+        let precision = settings
+            .iter()
+            .find(|row| row["flags"] == serde_json::json!([of]));
         precision.is_some()
     };
     assert!(named("--rung precision=reference") && !named("--rung precision=robust"));
@@ -251,7 +253,14 @@ fn mistakes_are_said_at_once() {
     );
     refused(&["accuracy", "none.scene.toml"], 4, "none.scene.toml");
     refused(
-        &["accuracy", "ball.scene.toml", "-o", "a.html", "-o", "a.html"],
+        &[
+            "accuracy",
+            "ball.scene.toml",
+            "-o",
+            "a.html",
+            "-o",
+            "a.html",
+        ],
         2,
         "twice",
     );
@@ -386,7 +395,7 @@ fn models_are_measured_as_they_are_rendered() {
     let rows = |of: &str| {
         settings
             .iter()
-            .filter(|row| row["flags"] == vec![of].into())
+            .filter(|row| row["flags"] == serde_json::json!([of]))
     };
     assert_eq!(rows("--rung reconstruction=unbiased").count(), 1);
     // A rung is measured beside a denoised picture, too.

@@ -123,7 +123,12 @@ impl NoiseCurve {
     /// claim, or of the one that knows it best. Claims in doubt count where no other is.
     fn told_square(&self, samples: f64) -> (f64, f64) {
         let of = |claim: &Claim| claim.square_of_replicate(samples);
-        let best = || self.claims.iter().map(of).min_by(|a, b| a.1.total_cmp(&b.1));
+        let best = || {
+            self.claims
+                .iter()
+                .map(of)
+                .min_by(|a, b| a.1.total_cmp(&b.1))
+        };
         let told = self.own_claim(samples).map(of).or_else(best);
         told.unwrap_or((0.0, f64::INFINITY))
     }

@@ -124,11 +124,7 @@ impl TileSums {
     /// - `own`: the replicates of the setting; a single one without random numbers.
     /// - `exact`: the replicates of the exact picture. They may have the random numbers of `own`.
     /// - `truth`: a picture that is independent of both, for the denominators of relative errors.
-    pub fn new(
-        own: &[Vec<[f32; 3]>],
-        exact: &[Vec<[f32; 3]>],
-        truth: &[[f32; 3]],
-    ) -> Self {
+    pub fn new(own: &[Vec<[f32; 3]>], exact: &[Vec<[f32; 3]>], truth: &[[f32; 3]]) -> Self {
         let mut sums = Self {
             pixels: truth.len() as f64,
             ..Self::default()

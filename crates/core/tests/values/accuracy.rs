@@ -123,7 +123,8 @@ fn noise_is_no_bias() {
         sampling: Sampling::General(16),
         ..settings(&scene, DOWN)
     };
-    let report = measure_accuracy(&scene, &settings, &effort, &(), &mut |_, _| ()).expect("a report");
+    let report =
+        measure_accuracy(&scene, &settings, &effort, &(), &mut |_, _| ()).expect("a report");
     let samples = |name: &str| {
         let all = rungs(&report, "samples");
         let found = all.into_iter().find(|(rung, _)| rung == name);

@@ -14,8 +14,8 @@ pub use error_margins::{ErrorMarginPlot, ErrorMarginRow};
 pub use numbers::{
     format_budget, format_change, format_count, format_duration, format_estimate,
     format_four_digits, format_median, format_memory_parts, format_percent, format_power,
-    format_precise_duration, format_rough_estimate, format_seconds, format_significant_digits, format_three_digits,
-    format_whole_seconds,
+    format_precise_duration, format_rough_estimate, format_seconds, format_significant_digits,
+    format_three_digits, format_whole_seconds,
 };
 pub use page::{AccuracyPage, html_document};
 pub use plot::{Plot, PlotAxis, PlotLine, PlotPoint, ThemeColour, escape_xml};

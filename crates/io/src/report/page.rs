@@ -142,7 +142,11 @@ impl AccuracyPage<'_> {
                 continue;
             };
             // A pointer or the focus tells the names of these.
-            let line = if choice.ladder() == Ladder::Samples { 2 } else { 3 };
+            let line = if choice.ladder() == Ladder::Samples {
+                2
+            } else {
+                3
+            };
             let point = to_plot_point(measured, choice.to_string(), String::new());
             let is_new = |point: &PlotPoint| !drawn.contains(&(point.x, point.y));
             lines[line].points.extend(point.filter(is_new));

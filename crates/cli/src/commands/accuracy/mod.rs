@@ -8,9 +8,7 @@ mod text;
 use std::ffi::OsString;
 use std::path::Path;
 
-use raywright_core::accuracy::{
-    AccuracyEffort, AccuracyReport, MeasureError, measure_accuracy,
-};
+use raywright_core::accuracy::{AccuracyEffort, AccuracyReport, MeasureError, measure_accuracy};
 use raywright_core::{Observer, Settings};
 use raywright_io::{Error, LoadedScene};
 
@@ -120,7 +118,7 @@ fn measure(
     let mut settings = Settings::from_scene(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
     choices.apply(&mut loaded.scene, &mut settings)?;
-    choices.denoise_model(loaded, false, &mut settings);
+    choices.denoise_by_default(loaded, false, &mut settings);
     settings.max_memory = Some(options.limits.memory_bytes);
     let effort = AccuracyEffort {
         budget: args.budget,

@@ -1,7 +1,8 @@
 //! Tables of `bench`, as plain text and as Markdown.
 
 use raywright_core::bench::{
-    Crossover, FIT_FROM, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming, SceneComparison,
+    Crossover, FIT_FROM, GeneratedSceneTimings, PowerLaw, QueryCost, ScanTreeTiming,
+    SceneComparison,
 };
 use raywright_io::report::{ReportSection, format_median, format_three_digits};
 
@@ -49,7 +50,9 @@ fn build_sections(report: &BenchReport) -> Vec<ReportSection> {
 /// Builds the sections of a kind of generated primitives: times, and build times with memory.
 fn series_sections(series: &GeneratedSceneTimings, report: &BenchReport) -> Vec<ReportSection> {
     let rows = series.rows.iter();
-    let rows: Vec<_> = rows.map(|row| (vec![row.primitives.to_string()], row)).collect();
+    let rows: Vec<_> = rows
+        .map(|row| (vec![row.primitives.to_string()], row))
+        .collect();
     let growth = |label, law: Option<PowerLaw>| law.map(|law| describe_growth(label, &law));
     let mut notes = vec![describe_crossover(series.crossover)];
     notes.extend(growth("tree", series.tree_growth));

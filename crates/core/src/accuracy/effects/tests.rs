@@ -56,10 +56,7 @@ fn effects_cost_what_the_clock_says() {
         value_of("sky"),
         value_of("emission"),
     );
-    assert_eq!(
-        (mirror.ratio.median, mirror.rays),
-        (2.0, 2.0)
-    );
+    assert_eq!((mirror.ratio.median, mirror.rays), (2.0, 2.0));
     assert_eq!((sky.ratio.median, glow.ratio.median), (1.0, 1.0));
     assert!(
         (mirror.rmse - 0.25).abs() < 1e-6

@@ -24,15 +24,6 @@ const CAMERA_POINTS: u32 = 4;
 /// Effectiveness of Quasirandom Sequences", 2018).
 const STEPS: [f64; 3] = [1.0 / CAMERA_POINTS as f64, 0.754_877_67, 0.569_840_29];
 
-/// Lights without size that are sampled along a segment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum LightsAlong {
-    None,
-    /// Point and spot lights.
-    Lamps,
-    LampsAndSuns,
-}
-
 /// A lamp along a segment.
 #[derive(Clone, Copy, Default)]
 struct SegmentLamp {
@@ -68,40 +59,19 @@ impl SegmentLamp {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Returns the lights that are sampled along a segment, apart from its scatterings: in thin media
-    /// that light enters straight. The surface of a body blocks all of it. `is_first`: whether the
-    /// segment is a camera ray. Suns along later ones cost more than they bring.
-    pub(super) fn lights_along(
+    /// Whether lights without size are sampled along a segment, apart from its scatterings: in thin
+    /// media that light enters straight. The surface of a body blocks all of it.
+    pub(super) fn samples_lamps_along(
         &self,
         medium: &PreparedMedium,
         [from, to]: [f64; 2],
-        is_first: bool,
-    ) -> LightsAlong {
+    ) -> bool {
         let is_open = |material: u32| self.scene.materials[material as usize].is_open();
         let depth = medium.majorant.max_element() * (to - from);
-        if self.scene.equiangular_lamps.is_empty()
-            || medium.is_dark()
-            || !medium.material.is_none_or(is_open)
-            || !(f64::MIN_POSITIVE..THICK).contains(&depth)
-        {
-            LightsAlong::None
-        } else if is_first {
-            LightsAlong::LampsAndSuns
-        } else {
-            LightsAlong::Lamps
-        }
-    }
-
-    /// Whether a light is one of those that are sampled along a segment.
-    pub(super) fn is_along(&self, lights: LightsAlong, light: LightId) -> bool {
-        let LightId::Delta(i) = light else {
-            return false;
-        };
-        match lights {
-            LightsAlong::None => false,
-            LightsAlong::Lamps => self.scene.lights.delta[i as usize].position().is_some(),
-            LightsAlong::LampsAndSuns => true,
-        }
+        !self.scene.equiangular_lamps.is_empty()
+            && !medium.is_dark()
+            && medium.material.is_none_or(is_open)
+            && (f64::MIN_POSITIVE..THICK).contains(&depth)
     }
 
     /// Samples lamps and points of a segment, and adds the light that is scattered there along the
@@ -111,26 +81,23 @@ impl<R: Real> PathTracer<'_, R> {
         path: &mut PathState<R>,
         medium: &PreparedMedium,
         [from, to]: [f64; 2],
-        (lights, walk): (LightsAlong, u32),
+        walk: u32,
     ) {
-        let has_suns = match lights {
-            LightsAlong::None => return,
-            LightsAlong::Lamps => false,
-            LightsAlong::LampsAndSuns => true,
-        };
         let (origin, direction) = (path.segment.ray.origin, path.segment.ray.direction);
         let segment = (origin.to_f64(), direction.to_f64(), [from, to]);
         let mut lamps = [SegmentLamp::default(); MOST_PLACED];
         let placed = &self.scene.equiangular_lamps;
         let lamps = &mut lamps[..placed.len()];
         for (lamp, &(index, position)) in lamps.iter_mut().zip(placed) {
-            if has_suns || position.is_some() {
-                *lamp = self.lamp_along((index, position), segment);
-            }
+            *lamp = self.lamp_along((index, position), segment);
         }
         let sum: f64 = lamps.iter().map(|lamp| lamp.weight).sum();
         let drawn = numbers(path, SamplePurpose::Airlight, walk).map(f64::from);
-        let points = if has_suns { CAMERA_POINTS } else { 1 };
+        let points = if path.segments_traced == 0 && walk == 0 {
+            CAMERA_POINTS
+        } else {
+            1
+        };
         for k in 0..points {
             let [u, u_lamp, u_technique] = core::array::from_fn(|i| {
                 let u = drawn[i] + STEPS[i] * f64::from(k);

@@ -14,7 +14,6 @@ use core::f64::consts::TAU;
 use glam::DVec3;
 use raywright_bvh::{Hit, Ray, Real, Surface, TriangleSlot, Vector};
 
-use super::equiangular::LightsAlong;
 use super::light::power_heuristic;
 use super::roulette::{FORCED_ROULETTE_SEGMENTS, apply_roulette, max_survival_after};
 use super::scatter::ScatteredRay;
@@ -90,13 +89,10 @@ impl<'a, R: Real> PathTracer<'a, R> {
             };
             let is_shaded = path.segments_traced + u32::from(walk == 0) - path.matched_segments
                 < self.max_depth;
-            let is_first = path.segments_traced == 0 && walk == 0;
-            let lights = if is_shaded {
-                self.lights_along(medium, range, is_first)
-            } else {
-                LightsAlong::None
-            };
-            self.add_light_along(path, medium, range, (lights, walk));
+            let has_lamps = is_shaded && self.samples_lamps_along(medium, range);
+            if has_lamps {
+                self.add_light_along(path, medium, range, walk);
+            }
             let Some(distance) = self.sample_distance(path, medium, range, walk) else {
                 return (path.throughput != Vector::ZERO).then_some(hit);
             };
@@ -108,7 +104,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
                 Some(hit) => distance.min(hit.t.to_f64() - resolution).max(range[0]),
                 None => distance,
             };
-            if !self.scatter_at(path, medium, (distance, lights), walk) {
+            if !self.scatter_at(path, medium, (distance, has_lamps), walk) {
                 return None;
             }
             hit = self.intersect_path_ray(path);
@@ -269,12 +265,12 @@ impl<'a, R: Real> PathTracer<'a, R> {
 
     /// Scatters a path at a distance along its segment: adds the light that reaches this point
     /// directly, and continues in a direction of the phase function. Returns whether the path goes
-    /// on. `along`: lights whose light the segment has already.
+    /// on. `has_lamps`: whether the segment has the light of lamps without size already.
     fn scatter_at(
         &mut self,
         path: &mut PathState<R>,
         medium: &PreparedMedium,
-        (distance, along): (f64, LightsAlong),
+        (distance, has_lamps): (f64, bool),
         walk: u32,
     ) -> bool {
         // All scatterings between two surfaces are one segment.
@@ -286,7 +282,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
         let incoming = path.segment.ray.direction.to_f64();
         let point = path.segment.ray.origin.to_f64() + incoming * distance;
         let point = R::Vec3::from_f64(point);
-        self.add_scattered_light(path, medium, (point, along), walk);
+        self.add_scattered_light(path, medium, (point, has_lamps), walk);
         let [u, v, u_roulette, _] = numbers(path, SamplePurpose::Scatter, walk);
         let direction = sample_phase(medium.anisotropy, incoming, [u, v].map(f64::from));
         let direction = R::Vec3::from_f64(direction);
@@ -314,7 +310,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
         &mut self,
         path: &mut PathState<R>,
         medium: &PreparedMedium,
-        (point, along): (R::Vec3, LightsAlong),
+        (point, has_lamps): (R::Vec3, bool),
         walk: u32,
     ) {
         let lights = &self.scene.lights;
@@ -327,7 +323,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
         else {
             return;
         };
-        if self.is_along(along, light) {
+        if has_lamps && matches!(light, LightId::Delta(_)) {
             return;
         }
         let Some(sample) = lights.sample(light, point, [u, v], probability) else {

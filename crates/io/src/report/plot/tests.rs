@@ -144,10 +144,7 @@ fn bounds_and_names_are_drawn() {
         svg.contains("<g tabindex=\"0\" role=\"img\" aria-label=\"--spp 64\">"),
         "{svg}"
     );
-    assert!(
-        svg.contains(&format!("height=\"{HEIGHT}\"")),
-        "{svg}"
-    );
+    assert!(svg.contains(&format!("height=\"{HEIGHT}\"")), "{svg}");
     let plain = Plot {
         lines: vec![PlotLine {
             points: vec![point(1.0, 3.0)],
