@@ -41,12 +41,18 @@ pub fn sketch(film: &Film) -> Option<Picture> {
         return None;
     }
     let layer = |aov| film.mean_layer(aov);
-    let (albedo, normal, emission) = (
+    let (albedo, normal, mut emission) = (
         layer(Aov::Albedo)?,
         layer(Aov::Normal)?,
         layer(Aov::Emission)?,
     );
     let depth = film.centre_layer(Aov::Depth)?;
+    // Beside all surfaces, the shadow on a studio's ground is noise in the light of the backdrop.
+    for (emission, depth) in emission.iter_mut().zip(depth) {
+        if *depth < 0.0 {
+            *emission = [0.0; 3];
+        }
+    }
     let mut picture = film.mean_colours();
     let [width, height] = film.size().map(|edge| edge as usize);
     let plane = |values: Vec<f32>| PixelPlane {

@@ -52,13 +52,13 @@ impl<'t, R: Real, T: LightTransport<'t, R>> TileJob<'_, R, T> {
         };
         // Both cells beside an edge are marked, and then the cells beside those.
         let mut marks = vec![0_i8; hits.len()];
-        for i in 0..hits.len() {
+        for (i, hit) in hits.iter().enumerate() {
             for next in [(i % width + 1 < width).then_some(i + 1), Some(i + width)] {
                 let Some((next, other)) = next.and_then(|next| Some((next, hits.get(next)?)))
                 else {
                     continue;
                 };
-                if let Some(mark) = mark_between(&hits[i], other, pixel_width) {
+                if let Some(mark) = mark_between(hit, other, pixel_width) {
                     (marks[i], marks[next]) = (mark, mark);
                 }
             }
