@@ -15,7 +15,7 @@ use crate::interaction::Interaction;
 use crate::prepare::PreparedMedium;
 
 /// Points at which the density of a segment is evaluated.
-const DENSITY_POINTS: u32 = 8;
+const DENSITY_POINTS: u32 = 16;
 
 impl<R: Real> PathTracer<'_, R> {
     /// Returns the first hits of the camera rays of paths in a scene with scattering media. `None`
