@@ -392,14 +392,11 @@ fn models_are_measured_as_they_are_rendered() {
         ["16", "denoised"]
     );
     let settings = report["settings"].as_array().expect("settings");
-    let rows = |of: &str| {
-        settings
-            .iter()
-            .filter(|row| row["flags"] == serde_json::json!([of]))
-    };
-    assert_eq!(rows("--rung reconstruction=unbiased").count(), 1);
     // A rung is measured beside a denoised picture, too.
-    assert_eq!(rows("--rung path-length=2").count(), 1);
+    for flag in ["--rung reconstruction=unbiased", "--rung path-length=2"] {
+        let is_row = |row: &&Value| row["flags"] == serde_json::json!([flag]);
+        assert_eq!(settings.iter().filter(is_row).count(), 1, "{flag}");
+    }
 }
 
 /// Protects: Ctrl-C ends a measurement with a report of its figures so far: printed, and in a file
