@@ -391,9 +391,17 @@ $("layer").addEventListener("change", () => { layer = $("layer").value; wish(); 
 $("tonemap").addEventListener("change", () => { put("tonemap", $("tonemap").value); wish(); });
 $("exposure").addEventListener("input", () => { put("exposure", $("exposure").value); wish(); });
 $("denoise").addEventListener("change", () => { drop("denoise", "no-denoise", "quick"); flags.push([$("denoise").checked ? "denoise" : "no-denoise", null]); wish(); });
-for (const name of SWITCHES) {
-  $(name).addEventListener("change", () => { drop(...name === "ortho" ? ["camera", "fov", "fit"] : []); put(name, $(name).checked ? null : undefined); wish(); });
-}
+$("edges").addEventListener("change", () => { put("edges", $("edges").checked ? null : undefined); wish(); });
+// A parallel view shows the whole scene, from where the camera is.
+$("ortho").addEventListener("change", () => {
+  put("ortho", $("ortho").checked ? null : undefined);
+  if ($("ortho").checked && camera) {
+    const [x, y, z] = unit(add(camera.eye, camera.target, -1));
+    drop("camera", "fov", "fit", "eye", "target");
+    put("view", rounded([Math.atan2(x, z), Math.asin(y)].map(angle => angle * 180 / Math.PI)));
+  }
+  wish();
+});
 for (const name of ["spp", "max-error"]) {
   $(name).addEventListener("change", () => { drop("quick"); put(name, $(name).value || undefined); wish(); });
 }
