@@ -167,7 +167,7 @@ def main():
     for name, (many, few) in SAMPLES.items(): SAMPLES[name] = (max(4, int(many * a.samples)), few)
     if 'means' in a.only:
         print('| scene | integrator | means of ours over it | cells settled to .25 % | of these within .5 % | least, greatest | root mean square of sigmas | median cell |\n|---|---|---|---|---|---|---|---|')
-        for name in a.scenes.split(','): means(them[:2], name, kept)
+        for name in a.scenes.split(','): means(them, name, kept)
     if 'times' in a.only:
         print('| scene | best of Mitsuba | CPU time to equal noise, ours over it | CPU s and noise: ours | volpath | volpathmis |\n|---|---|---|---|---|---|')
         for name in a.scenes.split(','): times(them, name, a.rounds, kept)
