@@ -112,7 +112,8 @@ impl Plot {
         let mut svg = String::new();
         self.draw_title(&mut svg);
         self.draw_grid(&mut svg, &frame);
-        for line in &self.lines {
+        // The first line and its names lie on top.
+        for line in self.lines.iter().rev() {
             line.draw_line(&mut svg, &frame);
         }
         self.draw_legend(&mut svg);
