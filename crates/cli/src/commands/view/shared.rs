@@ -236,16 +236,19 @@ mod tests {
     #[test]
     fn news_come_at_once() {
         let shared = SharedView::default();
-        let ask = |reported| shared.wait_for_newer_status(reported, Duration::from_secs(3600));
+        let ask = |reported| -> serde_json::Value {
+            let status = shared.wait_for_newer_status(reported, Duration::from_secs(3600));
+            serde_json::from_str(&status).expect("JSON")
+        };
         shared.publish_frame_and_status(None, json!({ "phase": "rendering", "size": 7 }));
         assert_eq!(
             ask(0),
-            r#"{"number":1,"phase":"rendering","picture":0,"size":7}"#
+            json!({ "number": 1, "phase": "rendering", "picture": 0, "size": 7 })
         );
         shared.publish_stage(3, "reading");
         assert_eq!(
             ask(1),
-            r#"{"failure":null,"message":"reading","number":2,"phase":"loading","picture":0,"request":3,"size":7}"#
+            json!({ "failure": null, "message": "reading", "number": 2, "phase": "loading", "picture": 0, "request": 3, "size": 7 })
         );
         let [first, second] = [(); 2].map(|()| shared.submit_request(ViewRequest::default()));
         assert!(first != second && shared.has_newer_work(first) && !shared.has_newer_work(second));
