@@ -428,7 +428,7 @@ fn a_model_fills_its_place_and_follows() {
     };
     let fits = "(() => { const p = document.getElementById('place'), c = document.getElementById('picture'); \
                 return c.width === p.clientWidth && c.height === p.clientHeight && document.body.dataset.edge === '1' && \
-                innerHeight >= document.body.scrollHeight && c.height > 0.7 * innerHeight; })()";
+                innerHeight >= document.body.scrollHeight && c.height > 0.6 * innerHeight; })()";
     page.until(fits);
     page.until(&has("--size"));
     page.width(1000, 700);
