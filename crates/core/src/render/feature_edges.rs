@@ -1,4 +1,5 @@
-//! Feature edges: outlines, borders, steps and creases as lines over the picture, one pixel wide.
+//! Feature edges: outlines, borders, steps and creases as lines over the picture, a pixel wide where
+//! they are level or upright, and 0.7 pixels where they are oblique.
 //!
 //! They are found where neighbouring rays of a fine grid hit different surfaces, as in Choudhury and
 //! Parker, "Ray Tracing NPR-Style Feature Lines" (2009), and not from the edges of meshes: so they
