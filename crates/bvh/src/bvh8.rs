@@ -274,6 +274,13 @@ impl Bvh8 {
     ) -> Option<bool> {
         let mut open = vec![ChildRef(0)];
         self.nodes.first()?;
+        // Spheres that every query tests are in no node; rows of planes lie before `first`.
+        for row in &self.rows[..self.always_row_count] {
+            let start = row.leaf_header.first as usize;
+            if start >= first && visit(start..start + usize::from(row.leaf_header.count)) {
+                return Some(true);
+            }
+        }
         while let Some(child) = open.pop() {
             let (index, header) = (child.leaf_index(), LeafHeader::default());
             let header = match child {
@@ -289,7 +296,7 @@ impl Bvh8 {
                     header
                 }
                 _ if child.is_triangle_block() => self.leaf_headers[index],
-                _ if child.is_sphere_row() => self.rows[index].leaf_header,
+                _ if child.is_sphere_row() => self.rows[self.always_row_count + index].leaf_header,
                 _ => LeafHeader::new(first + index, 1),
             };
             let start = header.first as usize;

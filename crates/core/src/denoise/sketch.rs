@@ -74,7 +74,7 @@ pub fn sketch(film: &Film) -> Option<Picture> {
             let [r, g, b] = core::array::from_fn(|i| {
                 let reflected = (rgb[i] - emission[i]) / (albedo[i] + LEAST_ALBEDO);
                 // Also zero for NaN.
-                reflected.max(0.0).min(1e6)
+                reflected.max(0.0).clamp(0.0, 1e6)
             });
             [r, g, b, 0.0]
         })

@@ -125,7 +125,7 @@ fn lines_are_where_surfaces_end_or_turn() {
 fn lines_lie_over_the_picture() {
     let ball = json!({ "sphere": { "centre": [0, 0, 0], "radius": 1 } });
     for (colour, radiance) in [(0.8, 0.01), (0.01, 0.6)] {
-        let scene = scene(&[ball.clone()], colour);
+        let scene = scene(std::slice::from_ref(&ball), colour);
         let with = |change: &dyn Fn(&mut Settings)| ready(&scene, change).render(&()).picture;
         let drawn = with(&|_| ());
         let plain = with(&|settings| settings.aovs.clear());
