@@ -9,7 +9,7 @@ use raywright_core::display::Display;
 use raywright_core::film::{ErrorEstimate, Film, Uncertainty};
 use raywright_core::ladder::Ladder;
 use raywright_core::scene::SamplePattern;
-use raywright_core::settings::{Aov, PrecisionChoice, Sampling};
+use raywright_core::settings::{PrecisionChoice, Sampling};
 use raywright_core::{RenderOutput, Settings};
 use raywright_io::output::PictureMetadata;
 use raywright_io::report::format_significant_digits;
@@ -211,10 +211,12 @@ fn format_settings(settings: &Settings, display: Display) -> String {
         .clamp
         .map(|maximum| format!(" clamp={maximum}"))
         .unwrap_or_default();
-    let edges = settings.aovs.contains(&Aov::Edges);
-    let lines = [(settings.wireframe, " wireframe"), (edges, " edges")]
-        .map(|(is_drawn, name)| if is_drawn { name } else { "" })
-        .concat();
+    let lines = [
+        (settings.wireframe, " wireframe"),
+        (settings.edges, " edges"),
+    ]
+    .map(|(is_drawn, name)| if is_drawn { name } else { "" })
+    .concat();
     let background = match display.background {
         None => String::new(),
         Some(colour) => format!(

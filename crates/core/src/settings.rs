@@ -224,6 +224,9 @@ pub struct Settings {
     pub background: Background,
     /// Whether the edges of triangles are drawn at the first hits of camera rays.
     pub wireframe: bool,
+    /// Whether feature edges (outlines, borders, steps and creases) are drawn over the picture. The
+    /// picture then has the layer [`Aov::Edges`], too.
+    pub edges: bool,
     /// Layers to store besides the colour.
     pub aovs: Vec<Aov>,
     /// Edge of a tile in pixels. It does not change pictures.
@@ -288,6 +291,7 @@ impl Settings {
             without: EffectSet::EMPTY,
             background: Background::default(),
             wireframe: false,
+            edges: false,
             aovs: Vec::new(),
             tile_size: 32,
             max_memory: None,

@@ -212,7 +212,7 @@ fn the_page_stands_alone() {
     assert_eq!(page.matches("<br>error ").count(), names - 1);
     for words in [
         "<p class=\"answer\">Setting in use: error ",
-        "<td>samples (in use: 4)</td>",
+        ">samples (in use: 4)</td>",
         "<h2>Rungs, changed one at a time</h2>",
     ] {
         assert!(page.contains(words), "no {words}");

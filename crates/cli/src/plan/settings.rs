@@ -9,7 +9,7 @@ use raywright_core::effects::{Effect, EffectSet, assess_effects};
 use raywright_core::framing::{FIELD_OF_VIEW, Silhouette, ViewAngles};
 use raywright_core::ladder::{Ladder, RungChoice};
 use raywright_core::scene::{Camera, Scene};
-use raywright_core::settings::{Aov, Background, Crop, Sampling};
+use raywright_core::settings::{Background, Crop, Sampling};
 use raywright_core::{Observer, ReadyScene, Settings};
 use raywright_io::LoadedScene;
 
@@ -138,7 +138,8 @@ impl RenderTask {
                 }
             },
             wireframe: flags.wireframe,
-            aovs: self.layers_with_edges(),
+            edges: flags.edges,
+            aovs: self.layers.clone(),
             max_memory: Some(self.options.limits.memory_bytes),
             ..own_settings
         };
@@ -168,15 +169,6 @@ impl RenderTask {
     /// Whether a flag says that the picture keeps its noise.
     pub fn keeps_noise(&self) -> bool {
         self.overrides.light.no_denoise || self.choices.has_ladder(Ladder::Reconstruction)
-    }
-
-    /// Returns the layers to render: those asked for, and the lines of `--edges`.
-    fn layers_with_edges(&self) -> Vec<Aov> {
-        let mut layers = self.layers.clone();
-        if self.overrides.view.edges && !layers.contains(&Aov::Edges) {
-            layers.push(Aov::Edges);
-        }
-        layers
     }
 
     /// Denoises a picture as [`RungChoices::denoise_by_default`] does, unless flags say otherwise or

@@ -135,14 +135,14 @@ impl ReadyScene {
         };
         let value_of = |pixels: u32| pixels.div_ceil(edge);
         let guides = REQUIRED_LAYERS.iter().filter(|_| self.settings.denoise);
-        let lines = self.settings.aovs.iter().filter(|aov| **aov == Aov::Edges);
         let mut layers = layers.to_vec();
-        for aov in guides.chain(lines) {
+        for aov in guides {
             if !layers.contains(aov) {
                 layers.push(*aov);
             }
         }
         let settings = Settings {
+            edges: self.settings.edges,
             crop: self.settings.crop.map(|crop| {
                 let [x, y] = [crop.x, crop.y].map(|start| start / edge);
                 Crop {
@@ -203,6 +203,7 @@ impl ReadyScene {
                 general => general,
             },
             aovs: layers.to_vec(),
+            edges: false,
             max_error: None,
             denoise: false,
             replicates: None,

@@ -139,7 +139,10 @@ impl Film {
         if self.plan.alpha {
             self.subtract_backdrop(picture);
         }
-        for (pixel, &edge) in (0..).zip(self.centre_layer(Aov::Edges).into_iter().flatten()) {
+        let lines = self
+            .centre_layer(Aov::Edges)
+            .filter(|_| self.plan.draws_lines);
+        for (pixel, &edge) in (0..).zip(lines.into_iter().flatten()) {
             let (share, radiance) = (edge.abs(), LINE_RADIANCES[usize::from(edge < 0.0)] as f32);
             let rgb: &mut [f32; 3] = &mut picture.rgb[pixel];
             *rgb = rgb.map(|channel| channel + share * (radiance - channel));

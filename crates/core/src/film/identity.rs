@@ -44,6 +44,7 @@ impl FilmIdentity {
             without,
             background,
             wireframe,
+            edges,
             aovs,
             crop: _,
             max_error,
@@ -54,7 +55,7 @@ impl FilmIdentity {
             output: _,
             max_memory: _,
         } = settings;
-        let settings: [(&str, &dyn Debug); 22] = [
+        let settings: [(&str, &dyn Debug); 23] = [
             ("size", size),
             ("camera", camera),
             ("pattern of samples", &sampling.pattern()),
@@ -76,6 +77,7 @@ impl FilmIdentity {
             ("list of effects switched off", without),
             ("background", background),
             ("wireframe", wireframe),
+            ("edges", edges),
             ("list of layers", aovs),
         ];
         let settings = settings

@@ -56,6 +56,9 @@ pub(crate) struct FilmPlan {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub backdrop: Option<f64>,
     pub layers: FilmLayers,
+    /// Whether the lines of the layer `edges` are drawn over the picture.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub draws_lines: bool,
     /// Whether the samples of a pixel form a fixed pattern, so that they cannot be split into
     /// replicates or passes.
     pub(super) is_fixed: bool,
@@ -106,6 +109,7 @@ impl FilmPlan {
             .filter(|aov| !settings.aovs.contains(aov))
             .collect();
         let denoise = denoise.then_some(unasked);
+        let lines = settings.edges && !settings.aovs.contains(&Aov::Edges);
         Self {
             size: settings.size,
             crop: settings.crop.unwrap_or(Crop {
@@ -133,10 +137,12 @@ impl FilmPlan {
             layers: settings
                 .aovs
                 .iter()
+                .chain(lines.then_some(&Aov::Edges))
                 .chain(denoise.iter().flatten())
                 .copied()
                 .collect::<Vec<_>>()
                 .into(),
+            draws_lines: settings.edges,
             is_fixed: settings.sampling.is_fixed(),
             adaptive,
             denoise,

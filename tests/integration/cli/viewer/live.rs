@@ -221,7 +221,10 @@ fn the_page_comes_before_the_scene() {
             message.starts_with("reading the scene") || message.starts_with("building the tree"),
             "{message}"
         );
-        assert_eq!(status["flags"], json!([["spp", "1"], ["size", "64x48"]]));
+        for flag in [["spp", "1"], ["size", "64x48"]] {
+            let flags = status["flags"].as_array().expect("flags");
+            assert!(flags.contains(&json!(flag)), "{flags:?}");
+        }
     } else {
         eprintln!("skipped: this machine has read the scene already");
     }

@@ -24,7 +24,7 @@ fn ready(scene: &Scene, change: impl FnOnce(&mut Settings)) -> ReadyScene {
         size: [64, 64],
         sampling: Sampling::General(1),
         max_depth: 2,
-        aovs: vec![Aov::Edges],
+        edges: true,
         ..Settings::from_scene(scene)
     };
     change(&mut settings);
@@ -128,7 +128,7 @@ fn lines_lie_over_the_picture() {
         let scene = scene(std::slice::from_ref(&ball), colour);
         let with = |change: &dyn Fn(&mut Settings)| ready(&scene, change).render(&()).picture;
         let drawn = with(&|_| ());
-        let plain = with(&|settings| settings.aovs.clear());
+        let plain = with(&|settings| settings.edges = false);
         for ((line, plain), share) in drawn.rgb.iter().zip(&plain.rgb).zip(lines(&drawn)) {
             assert!(share.abs() <= 1.0 && (*share >= 0.0) == (colour > 0.5) || *share == 0.0);
             for (line, plain) in line.iter().zip(plain) {
@@ -136,6 +136,8 @@ fn lines_lie_over_the_picture() {
                 assert!((line - expected).abs() < 1e-6, "{line} {plain} {share}");
             }
         }
+        let layer = with(&|settings| (settings.edges, settings.aovs) = (false, vec![Aov::Edges]));
+        assert_eq!((lines(&layer), &layer.rgb), (lines(&drawn), &plain.rgb));
         assert!(lines(&drawn).iter().any(|share| share.abs() > 0.8));
         for other in [
             with(&|settings| settings.integrator = Integrator::Whitted),
