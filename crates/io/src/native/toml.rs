@@ -130,6 +130,8 @@ fn convert_error(text: &str, error: &toml::de::Error) -> Diagnostic {
         Some("write texts in quotes, but numbers, true and false without quotes")
     } else if message.starts_with("invalid basic string, expected") {
         Some("a text must end on the line on which it starts, with the same quotation mark")
+    } else if message.starts_with("invalid mantissa") {
+        Some("a number has digits before and after its point: 0.5 and 5.0, not .5 and 5.")
     } else {
         None
     };

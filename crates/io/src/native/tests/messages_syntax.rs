@@ -68,6 +68,27 @@ error: not valid TOML: string values must be quoted, expected literal string
     );
 }
 
+/// Protects: the message for a number without a digit before its point, word for word: place, cause and
+/// remedy.
+#[test]
+fn a_number_without_a_digit_before_its_point() {
+    expect_message(
+        "x.scene.toml",
+        r#"format = 1
+title = [.5]
+"#,
+        r#"
+error: not valid TOML: invalid mantissa, expected digits
+ --> x.scene.toml:2:10
+  |
+2 | title = [.5]
+  |          ^
+  |
+  = help: a number has digits before and after its point: 0.5 and 5.0, not .5 and 5.
+"#,
+    );
+}
+
 /// Protects: the message for text that is not closed, word for word: place, cause and remedy.
 #[test]
 fn text_that_is_not_closed() {
