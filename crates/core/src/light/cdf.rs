@@ -53,6 +53,43 @@ pub(super) fn sample_index<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (u
     )
 }
 
+/// Samples the same entry as [`sample_index`] of a short distribution. It compares all entries, which
+/// takes less time than a search whose steps wait for each other.
+pub(super) fn sample_short_index(cumulative: &[f32], at: f64) -> (usize, f64, f64) {
+    let at = at.min(1.0_f64.next_down());
+    locate_in_entry(cumulative, count_up_to(cumulative, floor_f32(at)), at)
+}
+
+/// Samples the same entry as [`sample_index`] of a distribution whose every `step`th number, `ends`,
+/// is kept beside it.
+pub(super) fn sample_stepped_index(
+    (ends, cumulative): (&[f32], &[f32]),
+    step: usize,
+    at: f64,
+) -> (usize, f64, f64) {
+    let at = at.min(1.0_f64.next_down());
+    let bound = floor_f32(at);
+    let start = step * count_up_to(ends, bound);
+    let index = start + count_up_to(&cumulative[start..][..step], bound);
+    locate_in_entry(cumulative, index, at)
+}
+
+/// Returns the number of entries of a cumulative distribution that are at most `bound`.
+fn count_up_to(cumulative: &[f32], bound: f32) -> usize {
+    let are_below = cumulative.iter().map(|&c| u32::from(c <= bound));
+    are_below.sum::<u32>() as usize
+}
+
+/// Returns the greatest number of single precision that is at most `at`.
+fn floor_f32(at: f64) -> f32 {
+    let near = at as f32;
+    if f64::from(near) > at {
+        near.next_down()
+    } else {
+        near
+    }
+}
+
 /// Returns the number of intervals in the guide table of a distribution with `entries` entries. The
 /// number is a power of two: the interval of a number is then exact. Each entry has two to four
 /// intervals on average: most searches end at once.
@@ -102,6 +139,33 @@ fn locate_in_entry<T: Copy + Into<f64>>(
 mod tests {
     use super::*;
     use crate::hash::splitmix64;
+
+    /// Protects: comparing all entries, or every sixteenth and then sixteen, yields the entry of a binary
+    /// search, to the bit: at the ends of entries, beside them, and for entries of zero weight.
+    #[test]
+    fn short_searches_lead_to_the_same_entry() {
+        for seed in 0..40 {
+            let weight = |i: u64| match splitmix64(seed << 32 | i) % 7 {
+                0 if seed % 2 == 0 => 0.0,
+                n => n as f64,
+            };
+            let weights: Vec<f64> = (0..512).map(weight).collect();
+            let mut cumulative = Vec::new();
+            push_rounded_cdf(&mut cumulative, &weights);
+            let ends: Vec<f32> = cumulative.iter().skip(15).step_by(16).copied().collect();
+            let edges = cumulative.iter().map(|&c| f64::from(c));
+            let around = edges.flat_map(|c| [c.next_down(), c, c.next_up(), c + 1e-9]);
+            for at in around
+                .chain([0.0, 1.0])
+                .filter(|at| (0.0..=1.0).contains(at))
+            {
+                let expected = sample_index(&cumulative, at);
+                assert_eq!(sample_short_index(&cumulative, at), expected, "{seed} {at}");
+                let found = sample_stepped_index((&ends, &cumulative), 16, at);
+                assert_eq!(found, expected, "{seed} {at}");
+            }
+        }
+    }
 
     /// Protects: a guide table yields the entry, probability and position of a binary search, to
     /// the bit: for uniform weights, one sun among faint ones, rows of zeros and zeros alone, at

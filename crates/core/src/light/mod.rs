@@ -310,15 +310,17 @@ impl<R: Real> Lights<R> {
                 })
         };
         let positions = sky().map(|(_, lane, points, _)| points.get_lane(lane).1);
+        let mut bins = Vec::new();
         let directions = match &self.openings {
             None => sampler.sample_directions::<R>(positions),
             Some(openings) => {
-                let seen = sky().map(|(_, lane, points, _)| {
-                    let ([u, v], bins) = (
-                        points.get_lane(lane).1,
-                        openings.bins_at::<R>(points.get_lane(lane).0, points.normal(lane)),
-                    );
-                    bins.map_or(Err([u, v]), |bins| openings.sample_direction(bins, [u, v]))
+                bins.extend(sky().map(|(_, lane, points, _)| {
+                    openings.bins_at::<R>(points.get_lane(lane).0, points.normal(lane))
+                }));
+                let seen = positions.zip(&bins).map(|(numbers, bins)| {
+                    bins.map_or(Err(numbers), |bins| {
+                        openings.sample_direction(bins, numbers)
+                    })
                 });
                 let seen: Vec<_> = seen.collect();
                 let mut own = sampler
@@ -334,14 +336,14 @@ impl<R: Real> Lights<R> {
         let origins = sky().map(|(_, lane, points, _)| points.get_lane(lane).0);
         self.sky
             .eval_rays(origins.zip(directions.iter().copied()), &mut sky_samples);
-        for (((batch, lane, points, probability), &direction), sky_sample) in
-            sky().zip(&directions).zip(&sky_samples)
+        let bins = bins.into_iter().chain(core::iter::repeat(None));
+        for ((((batch, lane, _, probability), &direction), sky_sample), bins) in
+            sky().zip(&directions).zip(&sky_samples).zip(bins)
         {
-            let receiver = (points.get_lane(lane).0, points.normal(lane));
             // Density of the rounded direction, so that a ray that hits the sky in this direction
             // computes the same density.
             let place = sky_sample.image_coordinates;
-            let density = self.sky_density(receiver, direction, place, probability);
+            let density = self.sky_density_by_bins(bins, direction, place, probability);
             sky_light_sample(direction, sky_sample.radiance, density)
                 .iter()
                 .for_each(|sample| samples[batch].set_lane(lane, sample));
@@ -384,15 +386,28 @@ impl<R: Real> Lights<R> {
         place: [R; 2],
         probability: f64,
     ) -> f64 {
+        let openings = self.openings.as_ref();
+        let bins = openings.and_then(|openings| openings.bins_at::<R>(from, normal));
+        self.sky_density_by_bins(bins, direction, place, probability)
+    }
+
+    /// Returns the density of the sky for a point with the distribution `bins`
+    /// ([`Openings::bins_at`]).
+    fn sky_density_by_bins(
+        &self,
+        bins: Option<(&[f32], &[f32])>,
+        direction: R::Vec3,
+        place: [R; 2],
+        probability: f64,
+    ) -> f64 {
         let Some(sampler) = &self.sky_sampler else {
             return 0.0;
         };
         let own = sampler.density::<R>(direction, place);
-        let seen = self.openings.as_ref().and_then(|openings| {
-            let bins = openings.bins_at::<R>(from, normal)?;
-            Some(openings.density(bins, direction.to_f64(), own))
-        });
-        seen.unwrap_or(own) * probability
+        let mixed = bins
+            .zip(self.openings.as_ref())
+            .map(|(bins, openings)| openings.density(bins, direction.to_f64(), own));
+        mixed.unwrap_or(own) * probability
     }
 }
 

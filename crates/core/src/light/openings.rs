@@ -13,7 +13,7 @@ use core::f64::consts::{PI, TAU};
 use glam::DVec3;
 use raywright_bvh::{Aabb, Real, Vector};
 
-use super::cdf::{entry_probability, push_rounded_cdf, sample_index};
+use super::cdf::{entry_probability, push_rounded_cdf, sample_short_index, sample_stepped_index};
 use super::sky_lobe::direction_at_height;
 use super::{SkyRadiance, SkySampler};
 
@@ -22,6 +22,9 @@ const ROWS: usize = 16;
 const COLUMNS: usize = 32;
 /// Number of bins of a cell.
 pub(crate) const BINS: usize = ROWS * COLUMNS;
+/// Bins between two numbers of a cell's distribution that are kept beside it, and how many there are.
+const STEP: usize = 16;
+const ENDS: usize = BINS / STEP;
 /// Rows and columns of fine cells in a bin. In these the sky is sampled by its radiance.
 const FINE: [usize; 2] = [8, 16];
 /// Numbers of a bin in [`SkyBins::cumulative`]: the distribution of its columns, and that of the
@@ -161,8 +164,8 @@ impl SkyBins {
     /// Samples a unit direction in a bin by radiance, by two uniform numbers in [0, 1).
     pub fn sample_direction(&self, bin: usize, [u, v]: [f64; 2]) -> DVec3 {
         let (columns, rows) = self.distributions(bin);
-        let (column, _, u) = sample_index(columns, u);
-        let (row, _, v) = sample_index(&rows[column * FINE[0]..][..FINE[0]], v);
+        let (column, _, u) = sample_short_index(columns, u);
+        let (row, _, v) = sample_short_index(&rows[column * FINE[0]..][..FINE[0]], v);
         direction_in_grid(
             (bin / COLUMNS * FINE[0] + row) as f64 + v,
             (bin % COLUMNS * FINE[1] + column) as f64 + u,
@@ -218,7 +221,8 @@ pub struct Openings {
     sky: SkyBins,
     /// For each cell: the index of its distribution, or [`Self::NONE`].
     indices: Vec<u32>,
-    /// Cumulative distributions over the bins, one after the other.
+    /// Cumulative distributions over the bins, one after the other, each after every [`STEP`]th of its
+    /// numbers.
     bins: Vec<f32>,
 }
 
@@ -230,7 +234,10 @@ impl Openings {
         let (mut indices, mut bins) = (vec![Self::NONE; grid.len()], Vec::new());
         for (index, (cell, light)) in cells.iter().enumerate() {
             indices[*cell] = index as u32;
-            push_rounded_cdf(&mut bins, light);
+            let mut cumulative = Vec::with_capacity(BINS);
+            push_rounded_cdf(&mut cumulative, light);
+            bins.extend(cumulative.iter().skip(STEP - 1).step_by(STEP));
+            bins.extend(cumulative);
         }
         Self {
             grid,
@@ -242,7 +249,7 @@ impl Openings {
 
     /// Number of cells with a distribution.
     pub fn cell_count(&self) -> usize {
-        self.bins.len() / BINS
+        self.bins.len() / (ENDS + BINS)
     }
 
     /// Bytes of the tables.
@@ -251,20 +258,25 @@ impl Openings {
         4 * numbers as u64
     }
 
-    /// Returns the distribution for a point that receives light on the side of a unit normal.
-    /// `None` where the sky is sampled by its own density alone.
+    /// Returns the distribution for a point that receives light on the side of a unit normal, after
+    /// every [`STEP`]th of its numbers. `None` where the sky is sampled by its own density alone.
     #[inline]
-    pub(crate) fn bins_at<R: Real>(&self, point: R::Vec3, normal: R::Vec3) -> Option<&[f32]> {
+    pub(crate) fn bins_at<R: Real>(
+        &self,
+        point: R::Vec3,
+        normal: R::Vec3,
+    ) -> Option<(&[f32], &[f32])> {
         let cell = self.grid.cell_index(point.to_f64(), normal.to_f64())?;
         let index = self.indices[cell];
-        (index != Self::NONE).then(|| &self.bins[index as usize * BINS..][..BINS])
+        let numbers = || &self.bins[index as usize * (ENDS + BINS)..][..ENDS + BINS];
+        (index != Self::NONE).then(|| numbers().split_at(ENDS))
     }
 
     /// Samples a unit direction by two uniform numbers in [0, 1). Returns `Err` with two numbers
     /// for the sky's own density.
     pub(crate) fn sample_direction(
         &self,
-        bins: &[f32],
+        bins: (&[f32], &[f32]),
         [u, v]: [f32; 2],
     ) -> Result<DVec3, [f32; 2]> {
         let (u, v) = (f64::from(u), f64::from(v));
@@ -272,12 +284,12 @@ impl Openings {
             let rest = (u / OWN_SHARE) as f32;
             return Err([rest.min(1.0_f32.next_down()), v as f32]);
         }
-        let (bin, _, rest) = sample_index(bins, (u - OWN_SHARE) / (1.0 - OWN_SHARE));
+        let (bin, _, rest) = sample_stepped_index(bins, STEP, (u - OWN_SHARE) / (1.0 - OWN_SHARE));
         Ok(self.sky.sample_direction(bin, [rest, v]))
     }
 
     /// Returns the density by solid angle of a unit direction, given the sky's own density.
-    pub(crate) fn density(&self, bins: &[f32], direction: DVec3, own: f64) -> f64 {
+    pub(crate) fn density(&self, (_, bins): (&[f32], &[f32]), direction: DVec3, own: f64) -> f64 {
         let (bin, within) = self.sky.bin_and_density(direction);
         Self::mix(own, entry_probability(bins, bin) * within)
     }
