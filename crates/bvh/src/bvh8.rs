@@ -274,13 +274,6 @@ impl Bvh8 {
     ) -> Option<bool> {
         let mut open = vec![ChildRef(0)];
         self.nodes.first()?;
-        // Spheres that every query tests are in no node; rows of planes lie before `first`.
-        for row in &self.rows[..self.always_row_count] {
-            let start = row.leaf_header.first as usize;
-            if start >= first && visit(start..start + usize::from(row.leaf_header.count)) {
-                return Some(true);
-            }
-        }
         while let Some(child) = open.pop() {
             let (index, header) = (child.leaf_index(), LeafHeader::default());
             let header = match child {

@@ -165,3 +165,39 @@ fn likeness(one: &Surface, other: &Surface, step: f32) -> f32 {
     let apart = (one.distance - other.distance) / (2.0 * step * one.slope.max(1e-30));
     cosine.clamp(0.0, 1.0).powi(16) / (1.0 + apart * apart)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: light stays on its surface, however noisy it is: beside another orientation, another
+    /// distance, and the sky; on one surface it spreads.
+    #[test]
+    fn light_stays_on_its_surface() {
+        let surface = |normal, distance| Surface {
+            normal,
+            distance,
+            slope: 0.01,
+        };
+        let floor = || surface([0.0, 1.0, 0.0], 5.0);
+        for (other, stays) in [
+            (surface([0.0, 0.0, 1.0], 5.0), true),
+            (surface([0.0, 1.0, 0.0], 50.0), true),
+            (surface([0.0; 3], -1.0), true),
+            (floor(), false),
+        ] {
+            let other = || surface(other.normal, other.distance);
+            let surfaces: Vec<Surface> = (0..32)
+                .map(|i| if i % 8 < 4 { floor() } else { other() })
+                .collect();
+            let noisy = |i: usize| [[1.0, 1.0, 1.0, 9.0], [2.0, 2.0, 2.0, 9.0]][i % 8 / 4];
+            let mut light: Vec<Light> = (0..32).map(noisy).collect();
+            for step in STEPS {
+                light = smooth(&light, &surfaces, [8, 4], step);
+            }
+            let apart = (0..32).map(|i| (light[i][0] - noisy(i)[0]).abs());
+            let apart = apart.fold(0.0, f32::max);
+            assert_eq!(apart < 0.01, stays, "{apart}");
+        }
+    }
+}

@@ -126,6 +126,9 @@ fn sketches_lose_noise_and_keep_edges() {
         "{}",
         total(&sketched) / expected
     );
+    let of_truth = |pixel: usize| f64::from(sketched.rgb[pixel][0]) / radiance(pixel);
+    let brightest = (0..96 * 64).map(of_truth).fold(0.0, f64::max);
+    assert!(brightest < 3.0, "{brightest}");
     let settings = Settings {
         size: [8, 8],
         ..Settings::from_scene(&Scene::default())

@@ -84,8 +84,17 @@ fn lines_are_where_surfaces_end_or_turn() {
         );
     }
     // Two objects meet at every ridge: one mesh does not end there.
-    let mesh = |rise: f64, normals: Option<f64>| {
+    let of_mesh = |data: &Value| {
         let mut scene = scene(&[], 0.8);
+        scene.meshes =
+            serde_json::from_value(json!([{ "name": "roof", "source": { "inline": data } }]))
+                .expect("meshes");
+        scene.objects =
+            serde_json::from_value(json!([{ "shape": { "mesh": "roof" }, "material": "m" }]))
+                .expect("objects");
+        length(&scene)
+    };
+    let mesh = |rise: f64, normals: Option<f64>| {
         let mut data = json!({ "positions": [[-1, 0, 1], [1, 0, 1], [-1, rise, 0], [1, rise, 0], [-1, 0, -1], [1, 0, -1]],
             "indices": [[0, 1, 3], [0, 3, 2], [2, 3, 5], [2, 5, 4]] });
         if let Some(z) = normals {
@@ -98,13 +107,7 @@ fn lines_are_where_surfaces_end_or_turn() {
                 [0, 1, -z]
             ]);
         }
-        scene.meshes =
-            serde_json::from_value(json!([{ "name": "roof", "source": { "inline": data } }]))
-                .expect("meshes");
-        scene.objects =
-            serde_json::from_value(json!([{ "shape": { "mesh": "roof" }, "material": "m" }]))
-                .expect("objects");
-        length(&scene)
+        of_mesh(&data)
     };
     for (rise, normals, ridge) in [(0.2, None, 0.0), (0.35, None, 2.0), (0.35, Some(0.4), 0.0)] {
         let expected = square + 16.0 * ridge;
@@ -114,6 +117,12 @@ fn lines_are_where_surfaces_end_or_turn() {
             "{rise}: {found} for {expected}"
         );
     }
+    // The steps once more, in one mesh.
+    let levels = [(1.0, 0.0), (0.5, 0.4)];
+    let corners = levels.map(|(r, y)| [[-r, y, -r], [-r, y, r], [r, y, r], [r, y, -r]]);
+    let steps = json!({ "positions": corners.concat(), "indices": [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]] });
+    let found = of_mesh(&steps);
+    assert!((found / (1.5 * square) - 1.0).abs() < 0.05, "{found}");
     assert!(length(&scene(&roof(0.2), 0.8)) > mesh(0.2, None) + 20.0);
     assert_eq!(length(&scene(&[], 0.8)), 0.0);
 }
