@@ -66,13 +66,19 @@ impl PlyFaces {
             + 8 * usize::from(layout.has_image_numbers);
         budget.reserve_memory(element.item_count() as usize, bytes)?;
         let mut record = FaceRecord::default();
+        let earlier_line = values.surplus_line.take();
         values.read_items(element, |values| {
             record.read(&element.properties, &layout, values, budget)?;
             match layout.is_strips {
                 true => self.add_triangle_strip(&record.corners, budget),
                 false => self.add_polygon(&record, &layout),
             }
-        })
+        })?;
+        // Some programs write a list of nine numbers where the header names four bytes: what was
+        // read as a colour is none.
+        self.has_colours &= values.surplus_line.is_none();
+        values.surplus_line = earlier_line.or(values.surplus_line);
+        Ok(())
     }
 
     /// Adds a polygon with the properties that its element has.

@@ -744,6 +744,22 @@ fn surplus_numbers_of_lines_are_skipped() {
     }
 }
 
+/// Protects: faces are white, not black, where their lines hold other numbers than the header names:
+/// MeshLab writes a list of nine floats for four bytes of colour.
+#[test]
+fn surplus_numbers_of_faces_are_no_colours() {
+    let rgb = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    for (face, colours) in [
+        ("3 0 1 2 9 1 1", 3),
+        ("3 0 1 2 9 1 1 1 1 1 1 1 1 1", 0),
+    ] {
+        let loaded = read(triangle(&format!("{XYZ}{FACES}{rgb}"), PLACES, face).as_bytes());
+        let loaded = loaded.expect("a mesh");
+        let data = mesh_of(&loaded, &loaded.scene.objects[0]);
+        assert_eq!(data.colours.len(), colours, "{face}");
+    }
+}
+
 /// Protects: a float colour a little above 1 is a fraction, for vertices and faces, clamped with a
 /// warning. sRGB .3 is 0.0732.
 #[test]
