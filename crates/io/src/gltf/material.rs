@@ -8,8 +8,8 @@
 use std::collections::{BTreeMap, HashMap};
 
 use raywright_core::scene::{
-    AlphaMode, Colour, ColourSpace, Image, ImageData, Material, MaterialFields, MaterialModel,
-    Medium, Physical, PixelData, Texture, TextureRef, UnsupportedProperty,
+    AlphaMode, Colour, ColourInput, ColourSpace, Image, ImageData, Material, MaterialFields,
+    MaterialModel, Medium, Physical, PixelData, Texture, TextureRef, UnsupportedProperty,
     single_scattering_albedo,
 };
 use raywright_core::validate::MAX_MAGNITUDE;
@@ -24,6 +24,9 @@ use crate::import::{FaultPlace, ImportResult, format_count, format_number, sanit
 /// Largest scale of a normal map, which is the factor on its x and y. At larger scales the normals
 /// would not change any more: the original normal no longer contributes.
 const MOST_NORMAL_SCALE: f64 = 1e6;
+
+/// Least channel of a base colour and an emission that together hide all shading.
+const FLAT_WHITE: f64 = 0.9;
 
 /// Name and index of a converted material, and the properties that a mesh of this material depends
 /// on.
@@ -131,6 +134,18 @@ impl GltfImport<'_> {
         }
         out.thin_walled &= out.may_transmit() || out.may_transmit_diffusely();
         resolve_volume_scatter(&mut out);
+        let is_white = |colour: &ColourInput| {
+            let constant = colour.constant().unwrap_or_default();
+            constant.0.iter().all(|&channel| channel >= FLAT_WHITE)
+        };
+        let is_plain = out.base_colour_texture.is_none() && out.emission_texture.is_none();
+        if is_plain && is_white(&out.base_colour) && is_white(&out.emission) {
+            warn!(
+                self.warnings,
+                Material,
+                "{label}: a white material without a texture shines white (emissiveFactor): its surfaces show no shading"
+            );
+        }
         Ok(out)
     }
 

@@ -568,23 +568,10 @@ fn extensions_of_materials_are_left_out_by_name() {
     ] {
         assert_eq!(told(file), None, "{file}");
     }
-    let text = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
-        "materials": [{ "name": "wax", "extensions": { "KHR_materials_subsurface": { "scatterDistance": 1 }, "VENDOR_glow": {} } }],
-        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 0 }] }],
-        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }],
-        "bufferViews": [{ "buffer": 0, "byteLength": 36 }], "buffers": [{ "byteLength": 36, "uri": "wax.bin" }] }"#;
-    let own = tempfile::tempdir().unwrap();
-    let corners = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
-    std::fs::write(
-        own.path().join("wax.bin"),
-        corners
-            .iter()
-            .flat_map(|x| x.to_le_bytes())
-            .collect::<Vec<u8>>(),
+    let scene = with_material(
+        r#""name": "wax", "extensions": { "KHR_materials_subsurface": { "scatterDistance": 1 }, "VENDOR_glow": {} }"#,
     )
-    .unwrap();
-    std::fs::write(own.path().join("wax.gltf"), text).unwrap();
-    let scene = load(&own.path().join("wax.gltf")).scene;
+    .scene;
     let left = assess_effects(&scene, &Settings::from_scene(&scene)).effects
         [Effect::MaterialExtensions as usize]
         .because
@@ -593,6 +580,44 @@ fn extensions_of_materials_are_left_out_by_name() {
         left.contains("KHR_materials_subsurface of `wax`") && left.contains("VENDOR_glow of `wax`"),
         "{left}"
     );
+}
+
+/// Loads a glTF file of one triangle of a material with these keys.
+fn with_material(keys: &str) -> LoadedScene {
+    let text = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0, "scenes": [{{ "nodes": [0] }}], "nodes": [{{ "mesh": 0 }}],
+        "materials": [{{ {keys} }}],
+        "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0 }}, "material": 0 }}] }}],
+        "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }}],
+        "bufferViews": [{{ "buffer": 0, "byteLength": 36 }}], "buffers": [{{ "byteLength": 36, "uri": "own.bin" }}] }}"#
+    );
+    let own = tempfile::tempdir().unwrap();
+    let corners = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let bytes: Vec<u8> = corners.iter().flat_map(|x| x.to_le_bytes()).collect();
+    std::fs::write(own.path().join("own.bin"), bytes).unwrap();
+    std::fs::write(own.path().join("own.gltf"), text).unwrap();
+    load(&own.path().join("own.gltf"))
+}
+
+/// Protects: a white material that shines white, as exporters leave it behind that lose the textures,
+/// is named: its surfaces show no shading.
+#[test]
+fn flat_white_materials_are_named() {
+    for (keys, words) in [
+        (r#""emissiveFactor": [1, 1, 1]"#, 1),
+        (r#""emissiveFactor": [1, 1, 0.2]"#, 0),
+        (
+            r#""emissiveFactor": [1, 1, 1], "pbrMetallicRoughness": { "baseColorFactor": [0, 0, 0, 1] }"#,
+            0,
+        ),
+        (r#""name": "plain""#, 0),
+    ] {
+        let warnings = with_material(keys).warnings;
+        let named = warnings
+            .iter()
+            .filter(|w| w.message.contains("shines white"));
+        assert_eq!(named.count(), words, "{keys}: {warnings:?}");
+    }
 }
 
 /// Loads a glTF file of one triangle with the corners 0, x and y, with more of accessor and node.

@@ -749,10 +749,7 @@ fn surplus_numbers_of_lines_are_skipped() {
 #[test]
 fn surplus_numbers_of_faces_are_no_colours() {
     let rgb = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
-    for (face, colours) in [
-        ("3 0 1 2 9 1 1", 3),
-        ("3 0 1 2 9 1 1 1 1 1 1 1 1 1", 0),
-    ] {
+    for (face, colours) in [("3 0 1 2 9 1 1", 3), ("3 0 1 2 9 1 1 1 1 1 1 1 1 1", 0)] {
         let loaded = read(triangle(&format!("{XYZ}{FACES}{rgb}"), PLACES, face).as_bytes());
         let loaded = loaded.expect("a mesh");
         let data = mesh_of(&loaded, &loaded.scene.objects[0]);
