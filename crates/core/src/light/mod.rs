@@ -299,46 +299,38 @@ impl<R: Real> Lights<R> {
         let Some(sampler) = &self.sky_sampler else {
             return;
         };
-        let sky = || {
-            batches
-                .clone()
-                .enumerate()
-                .flat_map(|(batch, (points, choices))| {
-                    (0..LANES)
-                        .filter(|&lane| choices.lights[lane] == Some(LightId::Sky))
-                        .map(move |lane| (batch, lane, points, choices.probabilities[lane]))
-                })
-        };
-        let positions = sky().map(|(_, lane, points, _)| points.get_lane(lane).1);
-        let mut bins = Vec::new();
-        let directions = match &self.openings {
-            None => sampler.sample_directions::<R>(positions),
-            Some(openings) => {
-                bins.extend(sky().map(|(_, lane, points, _)| {
-                    openings.bins_at::<R>(points.get_lane(lane).0, points.normal(lane))
-                }));
-                let seen = positions.zip(&bins).map(|(numbers, bins)| {
-                    bins.map_or(Err(numbers), |bins| {
-                        openings.sample_direction(bins, numbers)
-                    })
+        let openings = self.openings.as_ref();
+        let mut receivers = Vec::new();
+        for (batch, (points, choices)) in batches.enumerate() {
+            for lane in (0..LANES).filter(|&lane| choices.lights[lane] == Some(LightId::Sky)) {
+                let (from, numbers) = points.get_lane(lane);
+                let bins = openings.and_then(|table| table.bins_at::<R>(from, points.normal(lane)));
+                let probability = choices.probabilities[lane];
+                receivers.push((batch, lane, from, numbers, probability, bins));
+            }
+        }
+        let own = receivers.iter().map(|&(_, _, _, numbers, ..)| numbers);
+        let directions = match openings {
+            None => sampler.sample_directions::<R>(own),
+            Some(table) => {
+                let drawn = receivers.iter().map(|&(_, _, _, numbers, _, bins)| {
+                    bins.map_or(Err(numbers), |bins| table.sample_direction(bins, numbers))
                 });
-                let seen: Vec<_> = seen.collect();
-                let mut own = sampler
-                    .sample_directions::<R>(seen.iter().filter_map(|place| place.err()))
-                    .into_iter();
+                let drawn: Vec<_> = drawn.collect();
+                let own = drawn.iter().filter_map(|place| place.err());
+                let mut own = sampler.sample_directions::<R>(own).into_iter();
                 let direction = |place: Result<DVec3, _>| {
                     place.map_or_else(|_| own.next(), |through| Some(R::Vec3::from_f64(through)))
                 };
-                seen.into_iter().filter_map(direction).collect()
+                drawn.into_iter().filter_map(direction).collect()
             }
         };
         let mut sky_samples = Vec::with_capacity(directions.len());
-        let origins = sky().map(|(_, lane, points, _)| points.get_lane(lane).0);
+        let origins = receivers.iter().map(|&(_, _, from, ..)| from);
         self.sky
             .eval_rays(origins.zip(directions.iter().copied()), &mut sky_samples);
-        let bins = bins.into_iter().chain(core::iter::repeat(None));
-        for ((((batch, lane, _, probability), &direction), sky_sample), bins) in
-            sky().zip(&directions).zip(&sky_samples).zip(bins)
+        for (((batch, lane, _, _, probability, bins), direction), sky_sample) in
+            receivers.into_iter().zip(directions).zip(sky_samples)
         {
             // Density of the rounded direction, so that a ray that hits the sky in this direction
             // computes the same density.

@@ -31,6 +31,10 @@ const FINE: [usize; 2] = [8, 16];
 /// rows in each column.
 const FINE_NUMBERS: usize = FINE[1] + FINE[0] * FINE[1];
 
+/// Greatest ratio of two fine cells in a bin that is sampled evenly, which takes two reads of memory
+/// less. The variance of such a bin grows by at most a half per cent.
+const EVEN_RANGE: f64 = 1.25;
+
 /// Number of cells along the diagonal of the scene.
 const CELLS_ALONG_DIAGONAL: f64 = 24.0;
 /// Sides of a cell, by the greatest component of the normal.
@@ -70,6 +74,7 @@ impl CellGrid {
 
     /// Returns the index of a point's cell on the side of a unit normal. `None` outside the grid,
     /// and for a zero normal, of a point that receives light on both sides.
+    #[inline]
     pub fn cell_index(&self, point: DVec3, normal: DVec3) -> Option<usize> {
         let place = (point - self.corner) * self.per_length;
         let is_inside = |axis: usize| place[axis] >= 0.0 && place[axis] < self.counts[axis] as f64;
@@ -102,6 +107,8 @@ impl CellGrid {
 pub(crate) struct SkyBins {
     /// Share of the sky's flux in each bin.
     flux: Vec<f64>,
+    /// Whether a bin is sampled evenly.
+    is_even: Vec<bool>,
     /// Distribution of the flux within each bin, see [`FINE_NUMBERS`].
     cumulative: Vec<f32>,
 }
@@ -111,6 +118,7 @@ impl SkyBins {
     pub fn new<R: Real>(sky: &SkyRadiance<R>) -> Self {
         let mut bins = Self {
             flux: Vec::with_capacity(BINS),
+            is_even: Vec::with_capacity(BINS),
             cumulative: Vec::with_capacity(BINS * FINE_NUMBERS),
         };
         let radiance = |row: f64, column: f64| {
@@ -131,13 +139,17 @@ impl SkyBins {
         };
         for bin in 0..BINS {
             let (mut columns, mut rows) = ([0.0; FINE[1]], Vec::new());
+            let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
             for (column, flux) in columns.iter_mut().enumerate() {
                 let weights: [f64; FINE[0]] = core::array::from_fn(|row| within(bin, row, column));
+                least = weights.into_iter().fold(least, f64::min);
+                most = weights.into_iter().fold(most, f64::max);
                 *flux = push_rounded_cdf(&mut rows, &weights);
             }
             bins.flux
                 .push(push_rounded_cdf(&mut bins.cumulative, &columns));
             bins.cumulative.extend(rows);
+            bins.is_even.push(most <= EVEN_RANGE * least);
         }
         let total: f64 = bins.flux.iter().sum();
         bins.flux.iter_mut().for_each(|flux| *flux /= total);
@@ -163,12 +175,17 @@ impl SkyBins {
 
     /// Samples a unit direction in a bin by radiance, by two uniform numbers in [0, 1).
     pub fn sample_direction(&self, bin: usize, [u, v]: [f64; 2]) -> DVec3 {
-        let (columns, rows) = self.distributions(bin);
-        let (column, _, u) = sample_short_index(columns, u);
-        let (row, _, v) = sample_short_index(&rows[column * FINE[0]..][..FINE[0]], v);
+        let (row, column) = if self.is_even[bin] {
+            (FINE[0] as f64 * v, FINE[1] as f64 * u)
+        } else {
+            let (columns, rows) = self.distributions(bin);
+            let (column, _, u) = sample_short_index(columns, u);
+            let (row, _, v) = sample_short_index(&rows[column * FINE[0]..][..FINE[0]], v);
+            (row as f64 + v, column as f64 + u)
+        };
         direction_in_grid(
-            (bin / COLUMNS * FINE[0] + row) as f64 + v,
-            (bin % COLUMNS * FINE[1] + column) as f64 + u,
+            (bin / COLUMNS * FINE[0]) as f64 + row,
+            (bin % COLUMNS * FINE[1]) as f64 + column,
         )
     }
 
@@ -180,6 +197,9 @@ impl SkyBins {
         let turn = libm::atan2(direction.z, direction.x) / TAU;
         let column = along(if turn < 0.0 { turn + 1.0 } else { turn }, columns);
         let bin = row / FINE[0] * COLUMNS + column / FINE[1];
+        if self.is_even[bin] {
+            return (bin, BINS as f64 / (4.0 * PI));
+        }
         let (of_columns, of_rows) = self.distributions(bin);
         let (row, column) = (row % FINE[0], column % FINE[1]);
         let share = entry_probability(of_columns, column)

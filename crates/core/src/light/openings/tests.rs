@@ -24,7 +24,7 @@ fn numbers(index: u64) -> [f32; 2] {
     [0, 1].map(|k| (splitmix64(2 * index + k) >> 40) as f32 / (1 << 24) as f32)
 }
 
-/// A table of one cell, lit through a few bins of the upper hemisphere.
+/// A table of one cell, lit through a few bins of the upper hemisphere, the sun's among them.
 fn table() -> Openings {
     let bounds = Aabb {
         min: DVec3::ZERO,
@@ -34,11 +34,21 @@ fn table() -> Openings {
     let cell = grid
         .cell_index(DVec3::splat(0.5), DVec3::Y)
         .expect("inside");
-    let mut light = vec![0.0; BINS];
-    for (bin, share) in [(300, 0.3), (301, 0.5), (332, 0.1), (500, 0.6)] {
+    let (mut light, bins) = (vec![0.0; BINS], SkyBins::new(&sky()));
+    let of_sun = bins
+        .bin_and_density(DVec3::new(0.3, 0.8, -0.5).normalize())
+        .0;
+    assert!(bins.is_even[300] && !bins.is_even[of_sun]);
+    for (bin, share) in [
+        (300, 0.3),
+        (301, 0.5),
+        (332, 0.1),
+        (500, 0.6),
+        (of_sun, 0.4),
+    ] {
         light[bin] = share;
     }
-    Openings::new(grid, SkyBins::new(&sky()), &[(cell, smooth_bins(&light))])
+    Openings::new(grid, bins, &[(cell, smooth_bins(&light))])
 }
 
 /// Protects: the density of the mixture integrates to one over the sphere, and is that with which
