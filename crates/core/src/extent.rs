@@ -31,13 +31,38 @@ pub struct SceneExtent {
 /// extent of the built geometry. Objects that cannot be built do not count.
 pub(crate) fn scene_extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> SceneExtent {
     let origin = StorageOrigin::from_scene::<R>(scene, lookup).origin;
-    let uses = MeshUseCounts::from_scene(scene);
-    let mut shared: HashMap<&str, Aabb> = HashMap::new();
     let mut extent = SceneExtent {
         bounds: Aabb::EMPTY,
         unbounded: 0,
     };
-    for placed_object in objects_relative_to(scene, origin) {
+    visit_object_boxes::<R>(
+        (scene, lookup, origin),
+        |_| true,
+        |_, bounds| extent.include_box(bounds),
+    );
+    let Aabb { min, max } = extent.bounds;
+    SceneExtent {
+        bounds: Aabb {
+            min: min + origin,
+            max: max + origin,
+        },
+        ..extent
+    }
+}
+
+/// Calls `visit` with the index of each wanted object and its box relative to `origin`, `None` if it
+/// is unbounded. Objects that cannot be built are left out.
+pub(crate) fn visit_object_boxes<R: Real>(
+    (scene, lookup, origin): (&Scene, &SceneLookup<'_>, DVec3),
+    is_wanted: impl Fn(usize) -> bool,
+    mut visit: impl FnMut(usize, Option<Aabb>),
+) {
+    let uses = MeshUseCounts::from_scene(scene);
+    let mut shared: HashMap<&str, Aabb> = HashMap::new();
+    for (index, placed_object) in objects_relative_to(scene, origin).enumerate() {
+        if !is_wanted(index) {
+            continue;
+        }
         let (object, map, ends) = (
             placed_object.object,
             placed_object.object_to_world(),
@@ -63,36 +88,28 @@ pub(crate) fn scene_extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> 
                         .entry(name.as_str())
                         .or_insert_with(|| mesh_bounds::<R>(data, None));
                     if !own_bounds.is_empty() {
-                        extent.include_box(Some(instance(*own_bounds, data.positions.origin())));
+                        visit(index, Some(instance(*own_bounds, data.positions.origin())));
                     }
                 } else {
-                    extent.include_box(Some(mesh_bounds::<R>(data, Some(map))));
+                    visit(index, Some(mesh_bounds::<R>(data, Some(map))));
                 }
             }
             shape if ends.is_some() => {
                 let Some((shape, origin)) = convert_shape_in_own_space::<R>(shape) else {
                     continue;
                 };
-                extent.include_box(shape.bounds().map(|bounds| instance(bounds, origin)));
+                visit(index, shape.bounds().map(|bounds| instance(bounds, origin)));
             }
             shape => match convert_shape::<R>(shape, map) {
-                Some((shape, None)) => extent.include_box(shape.bounds()),
+                Some((shape, None)) => visit(index, shape.bounds()),
                 Some((shape, Some(map))) => {
                     if let Some(transformed_shape) = TransformedShape::<R>::new(shape, map) {
-                        extent.include_box(transformed_shape.bounds());
+                        visit(index, transformed_shape.bounds());
                     }
                 }
                 None => {}
             },
         }
-    }
-    let Aabb { min, max } = extent.bounds;
-    SceneExtent {
-        bounds: Aabb {
-            min: min + origin,
-            max: max + origin,
-        },
-        ..extent
     }
 }
 

@@ -26,6 +26,7 @@
 //! and the nesting depth of an expression and the size of a program are bounded. An expression
 //! beyond a bound is an error.
 
+mod bounds;
 mod build;
 mod call;
 mod error;

@@ -235,15 +235,15 @@ fn find_last_readers(nodes: &[ExprNode]) -> Vec<Option<usize>> {
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct ProgramTable<R: Real> {
-    steps: Vec<Instruction>,
+    pub(super) steps: Vec<Instruction>,
     /// Initial registers of all programs, which contain the constants.
-    registers: Vec<RegisterRow<R>>,
-    headers: Vec<ProgramHeader>,
+    pub(super) registers: Vec<RegisterRow<R>>,
+    pub(super) headers: Vec<ProgramHeader>,
 }
 
 /// Returns `count` entries of a table, beginning with entry `start`.
 #[inline(always)]
-fn table_slice<T>(table: &[T], [start, count]: [u32; 2]) -> &[T] {
+pub(super) fn table_slice<T>(table: &[T], [start, count]: [u32; 2]) -> &[T] {
     &table[start as usize..][..count as usize]
 }
 

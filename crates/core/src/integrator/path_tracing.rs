@@ -214,6 +214,17 @@ struct VertexSamples {
     scatter: [f32; 4],
 }
 
+/// Kinds of lights that a vertex samples. A path that hits another light counts in full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LightKinds {
+    All,
+    /// All but an even sky, which phase functions sample better, see
+    /// [`Lights::even_sky_share`](crate::light::Lights::even_sky_share).
+    AllButEvenSky,
+    /// None of a size.
+    None,
+}
+
 /// The vertex where the current ray starts: all data needed to compute with which density light
 /// sampling would have chosen the ray's direction.
 #[derive(Clone, Copy, Debug)]
@@ -226,6 +237,8 @@ struct PreviousVertex<R: Real> {
     /// Density by solid angle of the scattered direction. Infinite for camera rays and delta lobes,
     /// whose directions light sampling cannot choose.
     density: f64,
+    /// Lights that the vertex samples.
+    lights: LightKinds,
 }
 
 impl<R: Real> PathTracer<'_, R> {
@@ -256,6 +269,7 @@ impl<R: Real> PathTracer<'_, R> {
                 from: ray.origin,
                 normal: ray.direction,
                 density: f64::INFINITY,
+                lights: LightKinds::All,
             },
             wavelength: None,
         }

@@ -4,6 +4,7 @@
 
 use core::f64::consts::PI;
 
+use glam::DVec3;
 use raywright_bvh::{LaneFloats, Real, Vector};
 
 use super::cdf::{entry_probability, push_cdf, sample_index};
@@ -110,11 +111,44 @@ impl LightSampler {
         normal: R::Vec3,
         [coarse, fine]: [f32; 2],
     ) -> Option<(LightId, f64)> {
-        let choices = self.choose([true], [add_numbers(coarse, fine)], |_| ReceivingPoint {
+        self.sample_by_number::<R>(from, normal, add_numbers(coarse, fine))
+    }
+
+    #[inline]
+    fn sample_by_number<R: Real>(
+        &self,
+        from: R::Vec3,
+        normal: R::Vec3,
+        u: f64,
+    ) -> Option<(LightId, f64)> {
+        let choices = self.choose([true], [u], |_| ReceivingPoint {
             point: from.to_f64(),
             normal: normal.to_f64(),
         });
         choices.lights[0].map(|light| (light, choices.probabilities[0]))
+    }
+
+    /// Samples a light for a point that is lit from both sides as [`Self::sample`] does, but not
+    /// the sky, whose probability is `sky`, or zero to sample it. The returned probability is still
+    /// that of all lights.
+    pub(super) fn sample_without_sky<R: Real>(
+        &self,
+        from: R::Vec3,
+        [coarse, fine]: [f32; 2],
+        sky: f64,
+    ) -> Option<(LightId, f64)> {
+        // The sky is the last distant light.
+        let (u, below) = (
+            add_numbers(coarse, fine) * (1.0 - sky),
+            self.far_share - sky,
+        );
+        let u = if u < below { u } else { u + sky };
+        (sky < 1.0).then(|| self.sample_by_number::<R>(from, R::Vec3::ZERO, u))?
+    }
+
+    /// Returns the probability of choosing the sky.
+    pub(super) fn sky_share(&self) -> f64 {
+        self.probability::<f64>(LightId::Sky, DVec3::ZERO, DVec3::ZERO)
     }
 
     /// Samples a light for each point whose `is_used` is set as [`Self::sample`] does, in less time.

@@ -240,6 +240,43 @@ impl<R: Real> Lights<R> {
         self.sky_sampler.as_ref()
     }
 
+    /// Returns the probability of choosing the sky where its light is even and not sampled through
+    /// openings, else 0. A point in a medium then leaves the sky to the directions of its phase
+    /// function.
+    fn even_sky_share(&self) -> f64 {
+        let is_even = |sampler: &SkySampler| sampler.is_even() && self.openings.is_none();
+        if self.sky_sampler.as_ref().is_some_and(is_even) {
+            self.light_sampler.sky_share()
+        } else {
+            0.0
+        }
+    }
+
+    /// Samples a light for a point in a medium as [`LightSampler::sample`] does, except for an even
+    /// sky.
+    pub(crate) fn sample_in_medium(
+        &self,
+        from: R::Vec3,
+        numbers: [f32; 2],
+    ) -> Option<(LightId, f64)> {
+        let sky = self.even_sky_share();
+        let (light, probability) = self
+            .light_sampler
+            .sample_without_sky::<R>(from, numbers, sky)?;
+        Some((light, probability / (1.0 - sky)))
+    }
+
+    /// Returns the probability of [`Self::sample_in_medium`].
+    pub(crate) fn probability_in_medium(&self, light: LightId, from: R::Vec3) -> f64 {
+        let sky = self.even_sky_share();
+        if sky > 0.0 && light == LightId::Sky {
+            return 0.0;
+        }
+        self.light_sampler
+            .probability::<R>(light, from, Vector::ZERO)
+            / (1.0 - sky)
+    }
+
     /// Samples a light that was chosen with `probability`, for the receiving point `from` and two
     /// uniform numbers in [0, 1); `None` if no light arrives.
     pub fn sample(

@@ -127,6 +127,12 @@ impl SkySampler {
         }
     }
 
+    /// Whether the sky has no bright part: its radiance is constant, or a gradient without suns.
+    pub fn is_even(&self) -> bool {
+        let is_linear = |lobe: &SkyLobe| matches!(lobe, SkyLobe::Linear { .. });
+        matches!(&self.form, SkySamplerKind::Lobes { lobes, .. } if lobes.iter().all(is_linear))
+    }
+
     fn from_lobes(lobes: impl IntoIterator<Item = (SkyLobe, f64)>) -> Option<Self> {
         let (lobes, fluxes): (Vec<SkyLobe>, Vec<f64>) = lobes.into_iter().unzip();
         let mut shares = Vec::new();

@@ -1,6 +1,6 @@
-//! `log1p` and `expm1` of `f64` without branches: the compiler can vectorise loops over them. The
-//! formulas are those of libm (FreeBSD's msun), with selections in place of branches. The bits are
-//! the same.
+//! `log1p`, `expm1` and `exp` of `f64` without branches: the compiler can vectorise loops over
+//! them. The formulas of the first two are those of libm (FreeBSD's msun), with selections in place
+//! of branches. The bits are the same.
 
 /// ln 2 as the sum of two numbers, the first with few bits.
 const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
@@ -102,6 +102,27 @@ pub(crate) fn expm1(x: f64) -> f64 {
         far
     };
     if -x < f64::EPSILON / 4.0 { x } else { value }
+}
+
+/// Returns exp(x) for x ≤ 0 within two units of the last place, and zero below 10⁻³⁰⁰.
+#[inline(always)]
+pub(crate) fn exp(x: f64) -> f64 {
+    // Inverse factorials from 1/13! on.
+    const TAYLOR: [f64; 14] = {
+        let (mut terms, mut k, mut factorial) = ([0.0; 14], 0, 1.0);
+        while k < 14 {
+            terms[13 - k] = 1.0 / factorial;
+            k += 1;
+            factorial *= k as f64;
+        }
+        terms
+    };
+    let halvings = WHOLE - core::f64::consts::LOG2_E * x.max(-700.0);
+    let times = halvings - WHOLE;
+    let reduced = (x + times * LN_2[0]) + times * LN_2[1];
+    let sum = TAYLOR.iter().fold(0.0, |sum, term| sum * reduced + term);
+    let power = f64::from_bits((1023 - (halvings.to_bits() & 0x7ff)) << 52);
+    if x > -690.0 { sum * power } else { 0.0 }
 }
 
 #[cfg(test)]

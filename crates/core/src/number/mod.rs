@@ -36,7 +36,7 @@ use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 pub(crate) use angles::{angle_above_axis, sines_and_cosines};
 use glam::DVec3;
 pub use lanes::{Lanes, Vec3Lanes};
-pub(crate) use logarithms::{expm1, log1p};
+pub(crate) use logarithms::{exp, expm1, log1p};
 pub use mask::LaneMask;
 use raywright_bvh::{Real, Vector};
 

@@ -9,7 +9,7 @@ use super::context::PrepareContext;
 use super::geometry::{BuiltGeometry, ObjectRecord};
 use super::material::{LayeredInputs, PreparedMaterial};
 use super::material_set::MaterialSet;
-use super::medium::{PreparedAir, PreparedMedium, mark_unbounded_media};
+use super::medium::{PreparedAir, PreparedMedium, measure_bodies};
 use super::studio::{Backdrop, StudioGround};
 use super::tangents::CornerTangents;
 use crate::camera::{PreparedCamera, RayCone};
@@ -316,16 +316,26 @@ impl<R: Real> PreparedScene<R> {
         };
         let simulates_media = context.simulated.has(Effect::ScatteringMedia);
         let mut media = materials.media;
-        mark_unbounded_media(
-            &mut media,
-            scene,
-            parts.built.objects.iter().map(|object| object.material),
-        );
+        let object_media: Vec<_> = (parts.built.objects.iter())
+            .map(|object| materials.materials[object.material as usize].medium())
+            .collect();
+        let tables = &materials.texture_tables;
+        if simulates_media && !media.is_empty() {
+            let is_open = |material: u32| materials.materials[material as usize].is_open();
+            measure_bodies(
+                &mut media,
+                context,
+                &object_media,
+                (tables, &parts.lights),
+                is_open,
+            );
+        }
         let bounds = parts.built.geometry.bounded_primitives_box();
+        let placement = (&bounds, context.origin.origin);
         let air = materials
             .air
             .filter(|_| simulates_media)
-            .map(|medium| PreparedAir::new(medium, scene, &bounds, context.origin.origin));
+            .map(|medium| PreparedAir::new(medium, tables, scene, placement));
         let scatters = simulates_media && (air.is_some() || !media.is_empty());
         let has_open_bodies = materials.materials.iter().any(PreparedMaterial::is_open);
         let has_thin_walls = materials

@@ -179,6 +179,17 @@ impl<R: Real> InputTables<R> {
         }
     }
 
+    /// Returns two numbers between which the value of such a program lies in a box, see
+    /// [`ProgramTable::bounds`](crate::expr::ProgramTable::bounds).
+    pub fn bounds_in_box(&self, program: u32, corners: [DVec3; 2]) -> [f64; 2] {
+        match &self.f64_programs {
+            None => self.programs.bounds(program, corners),
+            Some(far) => far
+                .programs
+                .bounds(program, corners.map(|p| p + far.origin)),
+        }
+    }
+
     /// Prefetches the texels that the textures of the hit material will read, and stores their
     /// footprint in the interaction. Textures with expressions or mipmaps are skipped.
     #[inline(always)]

@@ -4,7 +4,7 @@
 use raywright_bvh::{Hit, Real, Vector};
 
 use super::light::power_heuristic;
-use super::{MIRROR_DENSITY, PathState, PathTracer, PreviousVertex};
+use super::{LightKinds, MIRROR_DENSITY, PathState, PathTracer, PreviousVertex};
 use crate::counters::add_power;
 use crate::interaction::Interaction;
 use crate::light::{LightId, ShadowRayTarget, SkySample};
@@ -140,8 +140,9 @@ impl<R: Real> PathTracer<'_, R> {
             from,
             normal,
             density,
+            lights: kinds,
         } = path.previous;
-        if density == f64::INFINITY {
+        if density == f64::INFINITY || kinds == LightKinds::None {
             return R::ONE;
         }
         let lights = &self.scene.lights;
@@ -149,7 +150,11 @@ impl<R: Real> PathTracer<'_, R> {
         if sampling == LightSampling::Scattering {
             return R::ONE;
         }
-        let probability = lights.light_sampler().probability::<R>(light, from, normal);
+        let probability = if kinds == LightKinds::All {
+            lights.light_sampler().probability::<R>(light, from, normal)
+        } else {
+            lights.probability_in_medium(light, from)
+        };
         let other = if probability > 0.0 {
             drawn(probability)
         } else {

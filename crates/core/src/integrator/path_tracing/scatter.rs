@@ -5,7 +5,7 @@ use raywright_bvh::{Ray, Real, Vector};
 use super::bsdf_lanes::BsdfLanes;
 use super::shade::ScatteredRayLanes;
 use super::vertices::{LitSides, VertexLanes, WavefrontSlice};
-use super::{NARROW, PathState, PathTracer, PreviousVertex};
+use super::{LightKinds, NARROW, PathState, PathTracer, PreviousVertex};
 use crate::counters::add_power;
 use crate::light::get_lane_vector;
 use crate::prepare::PreparedSpawnRule;
@@ -107,6 +107,7 @@ impl<R: Real> PathTracer<'_, R> {
                 from,
                 normal: lit,
                 density,
+                lights: LightKinds::All,
             };
             self.counters.unaided += u64::from(
                 self.hits_lights_by_chance(path) && !self.scene.lights.emitters.is_empty(),

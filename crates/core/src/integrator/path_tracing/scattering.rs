@@ -18,11 +18,12 @@ use super::light::power_heuristic;
 use super::roulette::{FORCED_ROULETTE_SEGMENTS, apply_roulette, max_survival_after};
 use super::scatter::ScatteredRay;
 use super::vertices::MisStrategy;
-use super::{MediumStack, PathState, PathTracer};
+use super::{LightKinds, MediumStack, PathState, PathTracer};
 use crate::counters::DensityExcess;
 use crate::interaction::Interaction;
 use crate::light::{LightDensity, LightId, LightSample};
-use crate::prepare::PreparedMedium;
+use crate::number::{exp, log1p};
+use crate::prepare::{PreparedMedium, ROUNDING};
 use crate::sampler::{SamplePurpose, SampleSequence};
 
 /// Number of scatterings of a walk whose random numbers are stratified. Later ones gain nothing by
@@ -35,9 +36,6 @@ const MOST_SCATTERINGS: u32 = 1 << 20;
 
 /// Transmittance from which on ratio tracking may end by chance.
 const FAINT: f64 = 0.1;
-
-/// Relative excess of a density over its stated maximum that rounding explains.
-const ROUNDING: f64 = 1e-5;
 
 impl<'a, R: Real> PathTracer<'a, R> {
     /// Scatters the paths in the media between their latest surfaces and the next ones. Afterwards
@@ -214,13 +212,30 @@ impl<'a, R: Real> PathTracer<'a, R> {
         let mut further =
             sequence(path, SamplePurpose::Medium).hashed_numbers(path.address.index, 0);
         let (mut u, mut u_channel) = (coarse + fine / (1 << 23) as f64, u_channel);
-        let mut t = from;
+        let (origin, direction) = (ray.origin.to_f64(), ray.direction.to_f64());
+        let mut parts = medium.parts_along((origin, direction, [from, to]));
+        let (mut t, mut end, mut most) = (from, from, 0.0);
         for _ in 0..MOST_SCATTERINGS {
             let shares = channel_shares(beta);
             let step = exponential(u, medium.majorant[choose_channel(shares, u_channel)]);
-            // False for NaN, of an endless step into an endless medium.
-            let scatters = t + step < to;
-            let length = if scatters { step } else { to - t };
+            // Lengths at the greatest density of all. An endless step does not end in an endless
+            // medium.
+            let mut length = 0.0;
+            let scatters = loop {
+                let reach = (end - t) * most;
+                if length + reach > step {
+                    t += (step - length) / most;
+                    break true;
+                }
+                length += reach;
+                let Some((next, [_, greatest])) = parts.next() else {
+                    break false;
+                };
+                (t, end, most) = (end, next, greatest);
+            };
+            if scatters {
+                length = step;
+            }
             // In a grey medium all channels agree.
             if !medium.is_grey() {
                 let mut event = beer_lambert(medium.majorant, length);
@@ -233,11 +248,11 @@ impl<'a, R: Real> PathTracer<'a, R> {
                 path.throughput = R::Vec3::from_f64(beta);
                 return None;
             }
-            t += step;
-            let point = ray.origin.to_f64() + ray.direction.to_f64() * t;
-            if medium.density.is_none()
-                || further.next() < Some(self.relative_density(medium, point))
-            {
+            let is_met = medium.density.is_none() || {
+                let density = self.relative_density(medium, origin + direction * t);
+                further.next() < Some(density / most)
+            };
+            if is_met {
                 path.throughput = R::Vec3::from_f64(beta * medium.albedo);
                 return Some(t);
             }
@@ -282,11 +297,16 @@ impl<'a, R: Real> PathTracer<'a, R> {
         let incoming = path.segment.ray.direction.to_f64();
         let point = path.segment.ray.origin.to_f64() + incoming * distance;
         let point = R::Vec3::from_f64(point);
-        self.add_scattered_light(path, medium, (point, has_lamps), walk);
+        // A sealed body gets light of a size through its surface alone, which no shadow ray passes.
+        let kinds = if medium.is_sealed {
+            LightKinds::None
+        } else {
+            LightKinds::AllButEvenSky
+        };
+        self.add_scattered_light(path, medium, (point, has_lamps), (walk, kinds));
         let [u, v, u_roulette, _] = numbers(path, SamplePurpose::Scatter, walk);
-        let direction = sample_phase(medium.anisotropy, incoming, [u, v].map(f64::from));
+        let (direction, density) = sample_phase(medium.anisotropy, incoming, [u, v].map(f64::from));
         let direction = R::Vec3::from_f64(direction);
-        let density = phase(medium.anisotropy, incoming, direction.to_f64());
         let traced = (path.segments_traced + walk).min(FORCED_ROULETTE_SEGMENTS - 1);
         let (throughput, continues) = apply_roulette::<R>(
             path.throughput,
@@ -301,6 +321,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
                 (&Ray::new(point, direction), Vector::ZERO),
                 &ScatteredRay::REFLECTED,
             );
+            path.previous.lights = kinds;
         }
         continues
     }
@@ -311,18 +332,19 @@ impl<'a, R: Real> PathTracer<'a, R> {
         path: &mut PathState<R>,
         medium: &PreparedMedium,
         (point, has_lamps): (R::Vec3, bool),
-        walk: u32,
+        (walk, kinds): (u32, LightKinds),
     ) {
         let lights = &self.scene.lights;
-        let sampler = lights.light_sampler();
-        if sampler.is_empty() {
+        if kinds == LightKinds::None && lights.delta.is_empty() {
             return;
         }
         let [coarse, fine, u, v] = numbers(path, SamplePurpose::Light, walk);
-        let Some((light, probability)) = sampler.sample::<R>(point, Vector::ZERO, [coarse, fine])
-        else {
+        let Some((light, probability)) = lights.sample_in_medium(point, [coarse, fine]) else {
             return;
         };
+        if kinds == LightKinds::None && !matches!(light, LightId::Delta(_)) {
+            return;
+        }
         if has_lamps && matches!(light, LightId::Delta(_)) {
             return;
         }
@@ -410,24 +432,35 @@ impl<'a, R: Real> PathTracer<'a, R> {
         let mut numbers = sequence(path, SamplePurpose::Medium)
             .hashed_numbers(path.address.index, salt | 1)
             .take(3 * MOST_SCATTERINGS as usize);
-        let (mut t, mut passed) = (from, DVec3::ONE);
-        while let Some(u) = numbers.next() {
-            t += exponential(u, rate);
-            if t >= to || t.is_nan() {
-                return passed;
+        // The least density of each part attenuates evenly, and only the rest by chance.
+        let (mut passed, mut even, mut start) = (DVec3::ONE, 0.0, from);
+        let mut step = exponential(numbers.next().unwrap_or_default(), rate);
+        for (end, [least, greatest]) in medium.parts_along((origin, direction, [from, to])) {
+            let (mut t, varying) = (start, greatest - least);
+            if least > 0.0 {
+                even += least * (end - start);
             }
-            let density = self.relative_density(medium, origin + direction * t);
-            passed *= DVec3::ONE - medium.majorant * (density / rate);
-            let most = passed.max_element();
-            if most < FAINT {
-                if numbers.next() >= Some(most / FAINT) {
-                    return DVec3::ZERO;
+            start = end;
+            while step < (end - t) * varying {
+                t += step / varying;
+                let density = self.relative_density(medium, origin + direction * t);
+                passed *= DVec3::ONE - medium.majorant * ((density - least) / (rate * varying));
+                let most = (passed * beer_lambert(medium.majorant, even)).max_element();
+                if most < FAINT {
+                    if numbers.next() >= Some(most / FAINT) {
+                        return DVec3::ZERO;
+                    }
+                    passed *= FAINT / most;
                 }
-                passed *= FAINT / most;
+                let Some(u) = numbers.next() else {
+                    self.counters.cut_short += 1;
+                    return DVec3::ZERO;
+                };
+                step = exponential(u, rate);
             }
+            step -= (end - t) * varying;
         }
-        self.counters.cut_short += 1;
-        DVec3::ZERO
+        passed * beer_lambert(medium.majorant, even)
     }
 }
 
@@ -473,7 +506,7 @@ fn choose_channel(shares: DVec3, u: f64) -> usize {
 /// Returns the exponentially distributed number of a uniform number; infinite for a rate of zero.
 fn exponential(u: f64, rate: f64) -> f64 {
     if rate > 0.0 {
-        -libm::log1p(-u) / rate
+        -log1p(-u) / rate
     } else {
         f64::INFINITY
     }
@@ -483,17 +516,10 @@ fn exponential(u: f64, rate: f64) -> f64 {
 /// coefficient attenuates nothing, even over an infinite length.
 pub(super) fn beer_lambert(attenuation: DVec3, length: f64) -> DVec3 {
     let share = |a: f64| {
-        if a > 0.0 && length > 0.0 {
-            libm::exp(-a * length)
-        } else {
-            1.0
-        }
+        let passed = exp(-a * length);
+        if a > 0.0 && length > 0.0 { passed } else { 1.0 }
     };
-    DVec3::new(
-        share(attenuation.x),
-        share(attenuation.y),
-        share(attenuation.z),
-    )
+    DVec3::from(attenuation.to_array().map(share))
 }
 
 /// Returns the density by solid angle of the phase function of Henyey and Greenstein, between two
@@ -505,17 +531,21 @@ pub(super) fn phase(g: f64, incoming: DVec3, outgoing: DVec3) -> f64 {
     (1.0 - g * g) / (2.0 * TAU * squared * squared.sqrt())
 }
 
-/// Samples a direction by the phase function [`phase`].
-fn sample_phase(g: f64, incoming: DVec3, [u, v]: [f64; 2]) -> DVec3 {
-    let cos = if g.abs() < 1e-3 {
-        1.0 - 2.0 * u
+/// Samples a direction by the phase function [`phase`]. Returns it with its density.
+fn sample_phase(g: f64, incoming: DVec3, [u, v]: [f64; 2]) -> (DVec3, f64) {
+    let (cos, density) = if g.abs() < 1e-3 {
+        (1.0 - 2.0 * u, 1.0)
     } else {
         let s = (1.0 - g * g) / (1.0 - g + 2.0 * g * u);
-        (1.0 + g * g - s * s) / (2.0 * g)
+        (
+            (1.0 + g * g - s * s) / (2.0 * g),
+            (1.0 - g * g) / (s * s * s),
+        )
     };
     let sin = (1.0 - cos * cos).max(0.0).sqrt();
     let axis = incoming.normalize();
     let (x, y) = axis.any_orthonormal_pair();
     let [sin_phi, cos_phi] = Real::sin_cos_turns(v);
-    axis * cos + (x * cos_phi + y * sin_phi) * sin
+    let direction = axis * cos + (x * cos_phi + y * sin_phi) * sin;
+    (direction, density / (2.0 * TAU))
 }

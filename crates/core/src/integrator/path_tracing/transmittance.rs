@@ -143,9 +143,9 @@ impl<R: Real> PathTracer<'_, R> {
         let varies =
             matches!(light, LightId::Emitter(i) if lights.emitters.has_varying_emission(i));
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
-        let media = || {
+        let media = |tracer: &Self| {
             if through {
-                self.media_beyond_surface(&path.media, interaction)
+                tracer.media_beyond_surface(&path.media, interaction)
             } else {
                 path.media
             }
@@ -155,7 +155,7 @@ impl<R: Real> PathTracer<'_, R> {
                 LightId::Emitter(i) => Some(i),
                 _ => None,
             };
-            let media = media();
+            let media = media(self);
             let transmitted =
                 self.straight_transmittance(path, media, (&light_sample, emitter), interaction);
             // Zero for NaN too.
@@ -167,17 +167,9 @@ impl<R: Real> PathTracer<'_, R> {
         } else {
             if scene.absorbs {
                 scattered *= self.media_transmittance(
-                    &media(),
+                    &media(self),
                     interaction.distance_to_target(&light_sample.target),
                 );
-            }
-            if scene.scatters {
-                let (media, distance) = (
-                    media(),
-                    interaction.distance_to_target(&light_sample.target),
-                );
-                let segment = (interaction.surface.point, light_sample.direction, distance);
-                scattered *= self.scattering_transmittance(path, &media, segment);
             }
             if shadows {
                 let transmitted = self.light_visibility(&light_sample, interaction);
@@ -186,6 +178,14 @@ impl<R: Real> PathTracer<'_, R> {
                 } else {
                     Vector::ZERO
                 };
+            }
+            if scene.scatters && scattered != Vector::ZERO {
+                let (media, distance) = (
+                    media(self),
+                    interaction.distance_to_target(&light_sample.target),
+                );
+                let segment = (interaction.surface.point, light_sample.direction, distance);
+                scattered *= self.scattering_transmittance(path, &media, segment);
             }
         }
         self.usage.count_ray(light, scattered != Vector::ZERO);

@@ -59,6 +59,7 @@ fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> (PathState<f32>, Ve
         is_narrow: false,
         media: MediumStack::default(),
         previous: PreviousVertex {
+            lights: super::super::LightKinds::All,
             from: Vec3::Y,
             normal: Vec3::Y,
             density: f64::INFINITY,
