@@ -102,6 +102,8 @@ pub mod counters;
 pub mod denoise;
 mod dispatch;
 pub mod display;
+#[cfg(feature = "measure")]
+pub mod effect_costs;
 pub mod effects;
 #[doc(hidden)]
 pub mod expr;

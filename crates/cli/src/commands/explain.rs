@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use raywright_core::accuracy::{EffectCosts, measure_effects};
+use raywright_core::effect_costs::{EffectCost, EffectCosts, measure_effects};
 use raywright_core::effects::{
     Effect, EffectAssessment, EffectReport, EffectStatus, assess_effects,
 };
@@ -11,7 +11,10 @@ use raywright_core::ladder::{CurrentRung, current_rungs};
 use raywright_core::scene::{Shape, Sky};
 use raywright_core::settings::SkyChoice;
 use raywright_core::{Observer, Scene, Settings, prepare_for_previews};
-use raywright_io::report::{effect_section, format_duration};
+use raywright_io::report::{
+    ReportSection, format_change, format_duration, format_precise_duration,
+    format_significant_digits,
+};
 use raywright_io::{Limits, LoadedScene};
 use serde::Serialize;
 
@@ -22,7 +25,7 @@ use crate::plan::{self, RungChoices};
 use crate::preparation::prepare_failure;
 use crate::progress::StepProgress;
 use crate::session::Session;
-use crate::table::{format_columns, wrap_paragraph, wrap_text};
+use crate::table::{ColumnAlignment, Table, format_columns, wrap_paragraph, wrap_text};
 
 /// Runs `explain`: prints the report as a table or as JSON.
 pub fn run(mut session: Session, args: &ExplainArgs) -> Result<(), Failure> {
@@ -55,6 +58,59 @@ pub fn run(mut session: Session, args: &ExplainArgs) -> Result<(), Failure> {
                     .unwrap_or_default()
         }
     })
+}
+
+/// Returns the section of the costs of a scene's effects, the most expensive first.
+pub fn effect_section(costs: &EffectCosts) -> ReportSection {
+    let row = |cost: &EffectCost| {
+        let name = cost.effect.to_owned();
+        [name].into_iter().chain(effect_cells(cost)).collect()
+    };
+    let mut columns = [ColumnAlignment::Right; 4];
+    columns[0] = ColumnAlignment::Left;
+    let names = [
+        "effect",
+        "added time",
+        "added rays",
+        "change of picture, RMSE",
+    ];
+    ReportSection {
+        title: "Effects of the scene".to_owned(),
+        explanation: describe_effect_costs(costs),
+        table: Table::new(columns, names, costs.effects.iter().map(row)),
+        notes: Vec::new(),
+    }
+}
+
+/// Formats the cost of an effect: the change in time as median, least and greatest value of several
+/// rounds, the change in the number of rays, and the difference of the picture.
+fn effect_cells(cost: &EffectCost) -> [String; 3] {
+    let ratio = &cost.ratio;
+    let [median, min, max, rays] =
+        [ratio.median, ratio.min, ratio.max, cost.rays].map(format_change);
+    [
+        format!("{median} ({min} to {max})"),
+        rays,
+        format_significant_digits(cost.rmse, 3),
+    ]
+}
+
+/// Describes how the costs of effects were measured, in a sentence.
+fn describe_effect_costs(costs: &EffectCosts) -> String {
+    let [width, height] = costs.size;
+    let late = if costs.late.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "; not measured for lack of time (give a larger --budget): {}",
+            costs.late.join(", ")
+        )
+    };
+    let how = "The scene was rendered with and without each effect that can be switched off, in turns and with the same random numbers, at";
+    format!(
+        "{how} {width}x{height} pixels, in {} of CPU time with all effects: the differences are the cost of the effect{late}.",
+        format_precise_duration(costs.seconds.median)
+    )
 }
 
 /// Returns the JSON of `explain` for a loaded scene. The work runs on the caller's thread pool.

@@ -12,7 +12,7 @@ use crate::settings::default_replicates;
 /// Exponent of the law V(k) = b/kᵖ from one number of samples to another, and its standard error:
 /// independent samples have 1, stratified ones more where pictures are smooth. From 1 to 64 samples
 /// Cornell's box had 1.03 to 1.12 and a room behind a slit .95 to 1.06
-/// (`benches/runs/2026-11-30-advice.md`).
+/// (`benches/runs/2026-12-01-advice.md`).
 const EXPONENT: f64 = 1.05;
 const EXPONENT_ERROR: f64 = 0.12;
 /// Claim of a whole picture.
@@ -38,6 +38,46 @@ impl Claim {
         }
     }
 
+    /// Returns what pictures of one setting with different seeds claim together; `None` without a claim.
+    /// They tell the mean of their squares. What they differ by adds to what another picture may differ
+    /// by, as fewer carriers would. A doubt of one is a doubt of all.
+    pub fn pool(claims: &[Self]) -> Option<Self> {
+        let is_doubted =
+            |claim: &&Self| !matches!(claim.doubt, None | Some(EstimateDoubt::FewSamples));
+        let first = claims.iter().find(is_doubted).or(claims.first())?;
+        let count = claims.len() as f64;
+        let mean = |value: &dyn Fn(&ErrorEstimate) -> f64| {
+            claims.iter().map(|claim| value(&claim.error)).sum::<f64>() / count
+        };
+        let square = mean(&|of| of.value * of.value);
+        if count == 1.0 || square == 0.0 || is_doubted(&first) {
+            return Some(*first);
+        }
+        let share = |of: &ErrorEstimate| of.value * of.value / square;
+        let variance = |of: &ErrorEstimate| {
+            let ErrorEstimate {
+                value, low, high, ..
+            } = *of;
+            ConfidenceInterval { value, low, high }
+                .logarithmic_error()
+                .powi(2)
+        };
+        let sigma = (mean(&|of| share(of).powi(2) * variance(of)) / count).sqrt();
+        let between = mean(&|of| (share(of) - 1.0).powi(2)) * count / (count - 1.0) / 4.0;
+        let of_carriers = mean(&|of| share(of).powi(2) / of.carriers);
+        let ConfidenceInterval { value, low, high } =
+            ConfidenceInterval::from_logarithm(square.sqrt(), sigma);
+        Some(Self {
+            error: ErrorEstimate {
+                value,
+                low,
+                high,
+                carriers: 1.0 / ((1.0 + 1.0 / count) * of_carriers.max(between)),
+            },
+            ..*first
+        })
+    }
+
     fn samples_of_replicate(&self) -> f64 {
         f64::from(self.samples) / f64::from(self.replicates)
     }
@@ -53,7 +93,9 @@ impl Claim {
     }
 
     /// Returns the squared error of a picture with another seed. The fewer pixels carry the error, the
-    /// more does it differ from the claimed one: a sum of n squares has a relative variance of 2/n.
+    /// more does it differ from the claimed one: a sum of n squares of normal numbers has a relative
+    /// variance of 2/n. Errors of pixels have longer tails: twice that held
+    /// (`benches/runs/2026-12-01-claims.md`).
     /// A picture that is not converged may lack light, so that its error has no upper end.
     pub fn square(&self) -> ConfidenceInterval {
         let ErrorEstimate {
@@ -66,7 +108,7 @@ impl Claim {
             return ConfidenceInterval::from_exact(0.0);
         }
         let claim = ConfidenceInterval { value, low, high };
-        let seed = libm::hypot(RESOLUTION, (0.5 / carriers).sqrt());
+        let seed = libm::hypot(RESOLUTION, (1.0 / carriers).sqrt());
         let sigma = libm::hypot(claim.logarithmic_error(), seed);
         let claim = match self.doubt {
             Some(EstimateDoubt::NearlyBlack) => ConfidenceInterval::UNKNOWN,
@@ -247,6 +289,35 @@ mod tests {
         }
         let error = carried(2.0).square(16).map(f64::sqrt);
         assert!(error.low < 0.27 && error.high > 1.25, "{error:?}");
+    }
+
+    /// Protects: two pictures of a setting tell the mean of their squares, in an interval that holds what
+    /// they differ by; where they agree it is as narrow as of one. Of a doubted one nothing is known.
+    #[test]
+    fn two_pictures_tell_how_errors_differ() {
+        let pool = |claims: &[Claim]| {
+            let pooled = Claim::pool(claims).expect("claims").square();
+            pooled.map(f64::sqrt)
+        };
+        let one = pool(&[claim(16, 0.2)]);
+        let equal = pool(&[claim(16, 0.2), claim(16, 0.2)]);
+        assert!(
+            (equal.value - 0.2).abs() < 1e-12 && equal.high <= one.high,
+            "{equal:?}"
+        );
+        let apart = pool(&[claim(16, 0.18), claim(16, 0.22)]);
+        assert!((apart.value - 0.0404_f64.sqrt()).abs() < 1e-12);
+        assert!(
+            apart.low < 0.18 && apart.high > 0.22 && apart.is_known(),
+            "{apart:?}"
+        );
+        assert!(!pool(&[claim(16, 0.1), claim(16, 0.3)]).is_known());
+        let doubted = Claim {
+            doubt: Some(EstimateDoubt::FewPixels),
+            ..claim(16, 0.2)
+        };
+        assert!(!pool(&[claim(16, 0.2), doubted]).is_known());
+        assert!(Claim::pool(&[]).is_none());
     }
 
     /// Protects: more samples are never told worse, whatever a picture of few samples missed, and a

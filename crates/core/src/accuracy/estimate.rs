@@ -151,35 +151,16 @@ impl ConfidenceInterval {
     }
 }
 
-/// Errors of a setting over the whole picture: differences from the exact picture, averaged over
-/// pixels and channels.
+/// Errors of a setting over the whole picture: differences from the exact picture, as roots of means
+/// over pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-#[serde(into = "RootErrors")]
 pub struct SettingErrors {
-    /// Mean of (I − R)² / (R² + 0.01) for picture I and exact picture R.
-    pub relmse: ConfidenceInterval,
-    /// Part of `relmse` that more samples do not reduce. `None` if it is unknown.
+    /// Root of the mean of (I − R)² / (R² + 0.01) for picture I and exact picture R.
+    pub root_relmse: ConfidenceInterval,
+    /// Part of `root_relmse` that more samples do not reduce. `None` if it is unknown.
     pub bias: Option<ConfidenceInterval>,
     /// Ratio of the summed radiance of the picture to that of the reference.
     pub light: ConfidenceInterval,
-}
-
-/// Errors of a setting as files report them: the roots of the mean squares.
-#[derive(Serialize)]
-struct RootErrors {
-    root_relmse: ConfidenceInterval,
-    bias: Option<ConfidenceInterval>,
-    light: ConfidenceInterval,
-}
-
-impl From<SettingErrors> for RootErrors {
-    fn from(errors: SettingErrors) -> Self {
-        Self {
-            root_relmse: errors.relmse.map(f64::sqrt),
-            bias: errors.bias.map(|bias| bias.map(f64::sqrt)),
-            light: errors.light,
-        }
-    }
 }
 
 /// Returns the ratio of two sums over tiles, numerator and denominator of each tile given. The

@@ -11,7 +11,7 @@ use super::renderer::REPLICATES;
 use super::report::MeasuredSetting;
 use super::setting::RungSetting;
 use super::study::Study;
-use super::trial::{Region, TileSums, Trial, mean_bias};
+use super::trial::{DenoisedTrial, Region, TileSums, Trial, mean_bias};
 use crate::film::EstimateDoubt;
 use crate::ladder::Ladder;
 use crate::settings::default_replicates;
@@ -52,12 +52,12 @@ impl<'s> Figures<'s> {
     /// Returns the curve of noise of the setting in use; `None` without a claim.
     fn noise_curve(&self) -> Option<NoiseCurve> {
         let settings = self.study.space.sample_settings();
-        let claims = settings.iter().flat_map(|setting| {
+        let claims = settings.iter().filter_map(|setting| {
             let samples = self.study.space.sample_count(setting);
             let claims = self
                 .trials(setting, Region::Whole)
-                .filter_map(|trial| trial.claim);
-            claims.map(move |claim| Claim::from_uncertainty(samples, &claim))
+                .filter_map(|trial| Some(Claim::from_uncertainty(samples, &trial.claim?)));
+            Claim::pool(&claims.collect::<Vec<_>>())
         });
         NoiseCurve::new(claims.collect())
     }
@@ -65,17 +65,16 @@ impl<'s> Figures<'s> {
     /// Returns the reason why a render of the setting in use does not know its error.
     pub fn doubt(&self) -> Option<EstimateDoubt> {
         let own = RungSetting::default();
-        let trial = match self.study.space.is_denoised(&own) {
-            true => self.denoised_trial(&own),
-            false => self.trials(&own, Region::Whole).next(),
-        };
+        let is_denoised = self.study.space.is_denoised(&own);
         // With a smaller picture nearly black, the picture in use is so, too.
-        let trial = trial.or(self.study.table.first())?;
-        let denoised = trial
-            .denoised
-            .as_ref()
-            .filter(|_| self.study.space.is_denoised(&own));
-        denoised.map_or(trial.claim, |of| Some(of.claim))?.doubt
+        let trials = self
+            .trials(&own, Region::Whole)
+            .chain(self.study.table.first());
+        let doubts = trials.filter_map(|trial| {
+            let denoised = trial.denoised.as_ref().filter(|_| is_denoised);
+            denoised.map_or(trial.claim, |of| Some(of.claim))?.doubt
+        });
+        doubts.min_by_key(|doubt| *doubt == EstimateDoubt::FewSamples)
     }
 
     /// Returns the squared error of noise of the setting in use with the samples of another setting,
@@ -84,11 +83,13 @@ impl<'s> Figures<'s> {
         let space = &self.study.space;
         let samples = space.sample_count(setting);
         if space.is_denoised(setting) {
-            let output = self.denoised_trial(setting)?.denoised.as_ref()?;
-            let mut claim = Claim::from_uncertainty(samples, &output.claim);
-            // Noise that a filter spread over blocks hardly depends on the seed.
-            claim.error.carriers = f64::INFINITY;
-            return Some(claim.square());
+            let claims = self.denoised_trials(setting).map(|denoised| {
+                let mut claim = Claim::from_uncertainty(samples, &denoised.claim);
+                // Noise that a filter spread over blocks hardly depends on the seed.
+                claim.error.carriers = f64::INFINITY;
+                claim
+            });
+            return Some(Claim::pool(&claims.collect::<Vec<_>>())?.square());
         }
         let is_noiseless = self.study.table.iter().any(|Trial { job, is_random, .. }| {
             job.region == Region::Whole && !is_random && !space.is_fixed(&job.setting)
@@ -151,12 +152,14 @@ impl<'s> Figures<'s> {
             false => ratio_of_sums(&light),
         };
         let is_denoised = self.study.space.is_denoised(setting);
-        let trial = self.denoised_trial(setting).filter(|_| is_denoised);
-        let change = trial.and_then(|trial| Some(1.0 + trial.denoised.as_ref()?.light_change));
+        let mut denoised = self.denoised_trials(setting).filter(|_| is_denoised);
+        let change = denoised.next().map(|denoised| 1.0 + denoised.light_change);
         let is_baseline = self.study.space.general_baseline().as_ref() == Some(&tile);
         Some(SettingErrors {
-            relmse: self.square(setting, self.noise(setting)?, 1.0)?,
-            bias: self.bias(&tile),
+            root_relmse: self
+                .square(setting, self.noise(setting)?, 1.0)?
+                .map(f64::sqrt),
+            bias: self.bias(&tile).map(|bias| bias.map(f64::sqrt)),
             light: match change {
                 Some(change) if is_baseline => ConfidenceInterval::from_exact(change),
                 Some(change) => light.map(|light| light * change),
@@ -208,12 +211,17 @@ impl<'s> Figures<'s> {
         bias.is_none_or(|bias| bias.includes_zero())
     }
 
-    /// Returns the whole picture with the samples of a setting that was also denoised.
-    pub fn denoised_trial(&self, setting: &RungSetting) -> Option<&Trial> {
+    /// Returns the denoised whole pictures with the samples of a setting.
+    pub fn denoised_trials(
+        &self,
+        setting: &RungSetting,
+    ) -> impl Iterator<Item = &'s DenoisedTrial> {
         let samples = setting.rung(Ladder::Samples);
         let samples = samples.map(RungSetting::from_rung).unwrap_or_default();
-        self.trials(&samples, Region::Whole)
-            .find(|trial| trial.denoised.is_some())
+        let trials: Vec<_> = self.trials(&samples, Region::Whole).collect();
+        trials
+            .into_iter()
+            .filter_map(|trial| trial.denoised.as_ref())
     }
 
     /// Returns the seconds of a setting, and their ratio to those of the setting in use.
@@ -228,13 +236,14 @@ impl<'s> Figures<'s> {
         };
         let factor = self.time_ratio(&space.tile_setting(setting)?)?;
         let filter = |setting: &RungSetting| match space.is_denoised(setting) {
-            true => Some(self.denoised_trial(setting)?.denoised.as_ref()?.seconds),
+            true => Some(self.denoised_trials(setting).next()?.seconds),
             false => Some(0.0),
         };
         // A clock may be too coarse for a tiny picture.
-        let seconds = (base * factor.value + filter(setting)?).max(1e-9);
+        let look = self.study.first_look;
+        let seconds = ((base + look) * factor.value + filter(setting)?).max(1e-9);
         let error = libm::hypot(error, factor.logarithmic_error());
-        let ratio = seconds / (own_seconds + filter(&own)?).max(1e-9);
+        let ratio = seconds / (own_seconds + look + filter(&own)?).max(1e-9);
         let ratio = match *setting == own {
             true => ConfidenceInterval::from_exact(1.0),
             false => ConfidenceInterval::from_logarithm(ratio, libm::hypot(error, own_error)),
@@ -335,12 +344,14 @@ impl<'s> Figures<'s> {
             };
             let unit = Some(own_noise.value).filter(|unit| *unit > 0.0)?;
             let own_square = self.square(&own, one, unit)?;
-            Some(self.square(setting, noise, unit)?.divide(&own_square))
+            let ratio = self.square(setting, noise, unit)?.divide(&own_square);
+            Some(ratio.map(f64::sqrt))
         };
         let paired = is_paired.then(paired).flatten();
-        let independent = || Some(errors.relmse.divide(&self.errors(&own)?.relmse));
-        let ratio = paired.or_else(independent);
-        ratio.map_or(ConfidenceInterval::UNKNOWN, |ratio| ratio.map(f64::sqrt))
+        let independent = || Some(errors.root_relmse.divide(&self.errors(&own)?.root_relmse));
+        paired
+            .or_else(independent)
+            .unwrap_or(ConfidenceInterval::UNKNOWN)
     }
 
     /// Whether a rung without bias certainly has less noise in the same time.

@@ -12,13 +12,12 @@
 //! little noise.
 
 mod curve;
-mod effects;
 mod estimate;
 mod figures;
 mod opening;
 mod policy;
 mod recommendation;
-mod renderer;
+pub(crate) mod renderer;
 mod report;
 mod rows;
 mod setting;
@@ -40,7 +39,8 @@ use figures::Figures;
 use renderer::{ClockFunction, SettingRenderer};
 use study::Study;
 
-pub use effects::{EffectCost, EffectCosts, measure_effects};
+pub(crate) use trial::mean_and_variance;
+
 pub use estimate::{ConfidenceInterval, SettingErrors};
 pub use report::{
     AccuracyReport, DetailPicture, LadderInUse, MeasuredSetting, Recommendation, Recommendations,
@@ -48,13 +48,11 @@ pub use report::{
 };
 pub use setting::RungSetting;
 
-/// Effort of a measurement: time budget, picture size, and number of renders per tile.
+/// Effort of a measurement: time budget, and number of renders per tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccuracyEffort {
     /// Time budget of the measurement. Renders stop when the budget is spent.
     pub budget: Duration,
-    /// Width and height of the picture in pixels; `None` for the size in the scene.
-    pub size: Option<[u32; 2]>,
     /// Largest number of rounds, at least two. A round renders with other random numbers.
     pub rounds: u32,
 }
@@ -104,7 +102,6 @@ fn measure_by_clocks(
 ) -> Result<AccuracyReport, MeasureError> {
     let begun = clocks.1();
     let settings = Settings {
-        size: effort.size.unwrap_or(settings.size),
         crop: None,
         aovs: Vec::new(),
         max_error: None,

@@ -50,7 +50,7 @@ impl Study<'_> {
     }
 
     /// Runs a job and adds its trial to the table. Returns false if the time of the trials is over.
-    fn run_job(&mut self, job: Job) -> Result<bool, PrepareError> {
+    pub fn run_job(&mut self, job: Job) -> Result<bool, PrepareError> {
         let before = (self.renderer.now)();
         let end = match job.region {
             Region::Whole => self.instant_of(TRIALS_END),
@@ -81,10 +81,11 @@ impl Study<'_> {
         let samples = self.space.sample_settings().into_iter();
         let mut enough = samples.filter(|s| self.space.sample_count(s) >= REPLICATES);
         let job = Job::whole(&enough.next().unwrap_or_default());
-        match self.run_job(job)? {
-            true => Ok(()),
-            false => Err(PrepareError::Cancelled),
+        if !self.run_job(job)? {
+            return Err(PrepareError::Cancelled);
         }
+        self.first_look = self.renderer.time_first_look(self.instant_of(TRIALS_END))?;
+        Ok(())
     }
 
     /// Chooses as many tiles, evenly spread, as the time allows for one trial of each rung, and the
@@ -105,7 +106,7 @@ impl Study<'_> {
         let [baseline, own] = [&self.space.baseline, &RungSetting::default()]
             .map(|setting| seconds_per_sample * f64::from(self.space.sample_count(setting)));
         let left = self.seconds_until(TRIALS_END);
-        let whole = baseline + if own < TRIAL_SHARE * left { own } else { 0.0 };
+        let whole = 2.0 * baseline + if own < TRIAL_SHARE * left { own } else { 0.0 };
         let rungs = self.space.rung_settings().len();
         // The exact setting and the reference take longer, and the baseline is repeated.
         let trials = 4.0 + 1.2 * rungs as f64;
@@ -247,7 +248,7 @@ impl Study<'_> {
             if self.seconds_until(TRIALS_END) == 0.0 || self.renderer.observer.is_cancelled() {
                 break;
             }
-            let job = Job::tiles(&self.space.with_rung(choice), 0);
+            let job = Job::tiles(&self.space.baseline.with_rung(choice), 0);
             self.table.push(Trial::too_long(job));
         }
         Ok(without)

@@ -14,6 +14,11 @@ pub(super) const TRIAL_SHARE: f64 = 0.4;
 /// minute (`benches/runs/2026-11-27-advice.md`).
 const RUNGS_BETWEEN_TIMINGS: usize = 4;
 
+/// Samples per pixel from which on the claim of one picture has an interval of its own. Of fewer, two
+/// pictures with different seeds tell how much rare light each has found
+/// (`benches/runs/2026-12-01-claims.md`).
+const CERTAIN_SAMPLES: u32 = 64;
+
 /// Returns the next job: the first of the order that is not in the table and for which the time
 /// suffices.
 pub(super) fn next_job(study: &Study<'_>) -> Option<Job> {
@@ -24,23 +29,28 @@ pub(super) fn next_job(study: &Study<'_>) -> Option<Job> {
     let paired_round = study.exact_replicates.as_ref().map(|(round, _)| *round);
     let is_paired = |job: &Job| {
         job.round == 0
+            || job.region == Region::Whole
             || paired_round.is_none_or(|round| {
                 job.round == round || job.round == round + 1 && job.setting == exact
             })
     };
-    let is_affordable = |job: &Job| {
-        let is_first = *job == Job::tiles(&study.space.baseline, 0);
-        let share = if is_first { 1.0 } else { TRIAL_SHARE };
-        left > 0.0 && expected_seconds(study, job) <= share * left
+    // Without these two there is no report: no other picture tells the error of a denoised one.
+    let own = RungSetting::default();
+    let is_needed = |job: &Job| {
+        *job == Job::tiles(&study.space.baseline, 0)
+            || *job == Job::whole(&own) && study.space.is_denoised(&own)
     };
+    let is_affordable =
+        |job: &Job| is_needed(job) || expected_seconds(study, job) <= TRIAL_SHARE * left;
     let next = (0..jobs.len())
+        .filter(|_| left > 0.0)
         .find(|&at| !is_done(study, &jobs, at) && is_paired(&jobs[at]) && is_affordable(&jobs[at]));
     next.map(|at| jobs.swap_remove(at))
 }
 
 /// Returns all jobs in the order of the policy: small whole pictures, whose claims tell the error of
 /// noise; the exact setting and the baseline on tiles; the whole picture of the setting in use, and
-/// of fewer samples; each rung once; other whole pictures; then further rounds of the rungs whose
+/// of fewer samples; those of few samples with another seed; each rung once; other whole pictures; then further rounds of the rungs whose
 /// error or time may still decide the recommendation.
 pub(super) fn jobs(study: &Study<'_>) -> Vec<Job> {
     let space = &study.space;
@@ -60,6 +70,13 @@ pub(super) fn jobs(study: &Study<'_>) -> Vec<Job> {
     let first = first.chain(samples.iter().filter(is_fixed)).chain(&general);
     jobs.extend(first.map(|setting| Job::tiles(setting, 0)));
     jobs.extend(fewer.into_iter().map(Job::whole));
+    let uncertain = samples.iter().filter(|setting| {
+        !space.is_fixed(setting) && (TILE_SAMPLES..CERTAIN_SAMPLES).contains(&count(setting))
+    });
+    jobs.extend(uncertain.map(|setting| Job {
+        round: 1,
+        ..Job::whole(setting)
+    }));
     let rungs = space.rung_settings();
     jobs.extend(timed_rungs(&rungs, baseline, 0));
     jobs.extend(others.into_iter().map(Job::whole));

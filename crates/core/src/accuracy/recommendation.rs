@@ -15,9 +15,9 @@ const HALF: f64 = 0.5 * SAME;
 const DOUBT: [f64; 2] = [1.1, 1.3];
 /// Largest ratio of times that counts as less time.
 const SOONER: f64 = 0.8;
-/// Largest ratios of squared bias to squared error of a recommended setting: of the estimate, and of
-/// the upper end of its interval.
-const MOST_BIAS: [f64; 2] = [0.25, 0.5];
+/// Largest ratios of bias to error of a recommended setting: of the estimate, and of the upper end of
+/// its interval.
+const MOST_BIAS: [f64; 2] = [0.5, 0.7];
 /// Largest relative difference between the summed radiance of a recommended setting and that of the
 /// reference.
 const MOST_LIGHT: f64 = 0.005;
@@ -26,7 +26,7 @@ const MOST_LIGHT: f64 = 0.005;
 /// always may. Any other setting must satisfy two conditions:
 ///
 /// - Its summed radiance equals the reference's, or is certainly closer to it than the scene's own.
-/// - Its squared bias is small, or certainly smaller than the scene's own. This condition is waived
+/// - Its bias is small, or certainly smaller than the scene's own. This condition is waived
 ///   if denoising is the only biased change: the claim of a denoised picture contains its bias.
 pub(super) fn is_recommendable(measured: &MeasuredSetting, own_measured: &MeasuredSetting) -> bool {
     let setting = &measured.setting;
@@ -36,11 +36,16 @@ pub(super) fn is_recommendable(measured: &MeasuredSetting, own_measured: &Measur
         .into_iter()
         .fold(f64::INFINITY, f64::min);
     let has_light = most_off <= MOST_LIGHT || most_off < own_off;
-    let SettingErrors { bias, relmse, .. } = &measured.errors;
+    let SettingErrors {
+        bias, root_relmse, ..
+    } = &measured.errors;
     let is_noise = bias.is_some_and(|bias| {
         let own_bias = own_measured.errors.bias;
         own_bias.is_some_and(|own| bias.high < own.low)
-            || bias.value <= MOST_BIAS[0] * relmse.value && bias.high <= MOST_BIAS[1] * relmse.value
+            || [bias.value, bias.high]
+                .iter()
+                .zip(MOST_BIAS)
+                .all(|(bias, most)| *bias <= most * root_relmse.value)
     });
     let is_denoised = setting.rung(Ladder::Reconstruction).is_some();
     match setting
@@ -59,12 +64,12 @@ pub(super) fn is_recommendable(measured: &MeasuredSetting, own_measured: &Measur
 pub(super) fn pareto_front(settings: &[MeasuredSetting]) -> Vec<usize> {
     let point = |row: usize| {
         let measured = &settings[row];
-        [measured.seconds.value, measured.errors.relmse.value]
+        [measured.seconds.value, measured.errors.root_relmse.value]
     };
     let changes = |row: usize| settings[row].setting.choices().len();
     let is_eligible = |&row: &usize| {
         let measured = &settings[row];
-        let errors = [measured.errors.relmse.map(f64::sqrt), measured.error_ratio];
+        let errors = [measured.errors.root_relmse, measured.error_ratio];
         row == 0
             || is_recommendable(measured, &settings[0]) && errors.iter().any(|of| of.is_known())
     };

@@ -18,13 +18,13 @@ use crate::settings::{Aov, Settings};
 
 /// Number of replicates (independent parts of a pixel's samples) of every film: the fewest of which
 /// each pair of differences is independent of another pair.
-pub(super) const REPLICATES: u32 = 4;
+pub(crate) const REPLICATES: u32 = 4;
 
 /// Function that returns the current instant. Tests use a clock that advances with each call.
-pub(super) type ClockFunction<'a> = &'a (dyn Fn() -> Instant + Sync);
+pub(crate) type ClockFunction<'a> = &'a (dyn Fn() -> Instant + Sync);
 
 /// Converts a render that was stopped, or whose time ran out, to `None`; other errors stay.
-pub(super) fn none_if_cancelled<T>(
+pub(crate) fn none_if_cancelled<T>(
     result: Result<T, PrepareError>,
 ) -> Result<Option<T>, PrepareError> {
     match result {
@@ -55,7 +55,7 @@ struct PreparedSetting {
 }
 
 /// Renders settings of a scene and measures their times.
-pub(super) struct SettingRenderer<'a> {
+pub(crate) struct SettingRenderer<'a> {
     pub scene: &'a Scene,
     pub settings: &'a Settings,
     pub observer: &'a dyn Observer,
@@ -67,7 +67,7 @@ pub(super) struct SettingRenderer<'a> {
 }
 
 /// Finished film with its times.
-pub(super) struct TimedFilm {
+pub(crate) struct TimedFilm {
     pub film: Film,
     /// Render time in seconds, summed over all threads.
     pub seconds: f64,
@@ -76,7 +76,7 @@ pub(super) struct TimedFilm {
 }
 
 /// Request of a film.
-pub(super) struct FilmRequest<'r> {
+pub(crate) struct FilmRequest<'r> {
     pub setting: &'r RungSetting,
     /// Number that is added to the seed.
     pub round: u64,
@@ -154,6 +154,15 @@ impl<'a> SettingRenderer<'a> {
             .layer("object.id")
             .map(|layer| layer.samples.clone());
         Ok(objects.unwrap_or_default())
+    }
+
+    /// Returns the seconds of what a render does before its first sample: a search for objects in view.
+    pub fn time_first_look(&self, end: Instant) -> Result<f64, PrepareError> {
+        let setting = RungSetting::default();
+        let until = self.deadline_observer(end);
+        self.run_on_prepared_scene(&setting, (self.scene, self.settings), end, |ready| {
+            (self.stopwatch)(&mut || ready.look_for_objects(&until).0.counters.ray_count())
+        })
     }
 
     /// Denoises a film. Returns the result with its seconds, summed over all threads; `None` if the

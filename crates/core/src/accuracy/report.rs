@@ -34,8 +34,6 @@ pub struct AccuracyReport {
     pub ladders: Vec<LadderInUse>,
     /// Rungs that were not measured for lack of time, as `LADDER=RUNG`.
     pub unmeasured: Vec<String>,
-    /// Names of the ladders (quality settings) that have no effect on this scene.
-    pub inapplicable: Vec<&'static str>,
     /// Time budget in seconds that would probably make every error known; `None` if all are known, or
     /// if no budget would suffice.
     pub sufficient_budget: Option<f64>,

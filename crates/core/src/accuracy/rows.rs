@@ -65,7 +65,7 @@ impl Figures<'_> {
         let frontier = pareto_front(&settings);
         let recommendations = recommend_settings(&settings, &frontier);
         let size = study.renderer.settings.size;
-        let own_error = settings[0].errors.relmse.map(f64::sqrt);
+        let own_error = settings[0].errors.root_relmse;
         let doubt = self.doubt().unwrap_or(EstimateDoubt::WideInterval);
         Ok(Some(AccuracyReport {
             size,
@@ -88,7 +88,6 @@ impl Figures<'_> {
             recommendations,
             ladders: study.space.ladders_in_use(),
             unmeasured,
-            inapplicable: study.space.unneeded_ladders(),
             cut_short: is_cut_short || study.renderer.observer.is_cancelled(),
             seconds: study.elapsed(),
         }))
@@ -97,7 +96,7 @@ impl Figures<'_> {
     /// Returns the budget in seconds that would probably make every error known; `None` if all are
     /// known, or none would suffice. The width of an interval falls with the square root of the time.
     fn sufficient_budget(&self, settings: &[MeasuredSetting]) -> Option<f64> {
-        let errors = settings.iter().map(|of| of.errors.relmse.map(f64::sqrt));
+        let errors = settings.iter().map(|of| of.errors.root_relmse);
         let unknown = errors.filter(|error| !error.is_known());
         let widths = unknown.map(|error| libm::log(error.high / error.low) / libm::log(3.0));
         let finite = widths.filter(|width| width.is_finite());
@@ -123,8 +122,11 @@ impl Figures<'_> {
         let study = self.study;
         let advised = [&recommendations.half_the_error, &recommendations.same_error];
         let advised = advised.into_iter().flatten().map(|advice| advice.row);
+        let mut rows: Vec<usize> = [0].into_iter().chain(advised).collect();
+        // Both recommendations may be one setting.
+        rows.dedup();
         let mut details: Vec<DetailPicture> = Vec::new();
-        for row in [0].into_iter().chain(advised) {
+        for row in rows {
             let picture = self.detail(&settings[row].setting)?;
             details.extend(picture.map(|picture| DetailPicture {
                 row: Some(row),
@@ -150,8 +152,8 @@ impl Figures<'_> {
     /// anew.
     fn detail(&self, setting: &RungSetting) -> Result<Option<Picture>, PrepareError> {
         if self.study.space.is_denoised(setting) {
-            let trial = self.denoised_trial(setting);
-            return Ok(trial.and_then(|of| Some(of.denoised.as_ref()?.detail.clone())));
+            let mut denoised = self.denoised_trials(setting);
+            return Ok(denoised.next().map(|of| of.detail.clone()));
         }
         let whole = self.trials(setting, Region::Whole).next();
         match whole.and_then(|trial| trial.detail.clone()) {

@@ -110,15 +110,6 @@ impl<'a> SettingSpace<'a> {
         all
     }
 
-    /// Returns the baseline with a rung; the baseline itself for the rung in use.
-    pub fn with_rung(&self, choice: RungChoice) -> RungSetting {
-        if self.is_in_use(choice) {
-            self.baseline.clone()
-        } else {
-            self.baseline.with_rung(choice)
-        }
-    }
-
     /// Returns the baseline with the rungs of a setting.
     pub fn applied_to_baseline(&self, setting: &RungSetting) -> RungSetting {
         self.baseline.with_rungs(setting.choices())
@@ -142,17 +133,22 @@ impl<'a> SettingSpace<'a> {
         }
     }
 
-    /// Returns the settings in which one rung of another ladder than samples and denoising differs
-    /// from the one in use, on the baseline.
-    pub fn rung_settings(&self) -> Vec<RungSetting> {
-        let ladders = self
-            .ladders
-            .iter()
-            .filter(|ladder| !matches!(ladder, Ladder::Samples | Ladder::Reconstruction));
+    /// Returns the settings that change one rung of another ladder than samples and denoising.
+    pub fn single_rungs(&self) -> Vec<RungSetting> {
+        let ladders = self.ladders.iter();
+        let ladders =
+            ladders.filter(|ladder| !matches!(ladder, Ladder::Samples | Ladder::Reconstruction));
         let choices = ladders.flat_map(|&ladder| self.applicable_rungs(ladder));
-        choices
-            .filter(|&choice| !self.is_in_use(choice))
-            .map(|choice| self.with_rung(choice))
+        let others = choices.filter(|&choice| !self.is_in_use(choice));
+        others.map(RungSetting::from_rung).collect()
+    }
+
+    /// Returns these settings on the baseline, to be tried on tiles.
+    pub fn rung_settings(&self) -> Vec<RungSetting> {
+        let rungs = self.single_rungs();
+        rungs
+            .iter()
+            .map(|rung| self.applied_to_baseline(rung))
             .collect()
     }
 
@@ -195,24 +191,5 @@ impl<'a> SettingSpace<'a> {
             .without_ladder(Ladder::Samples)
             .without_ladder(Ladder::Reconstruction);
         Some(self.general_baseline()?.with_rungs(rest.choices()))
-    }
-
-    /// Returns the settings that change one rung of another ladder than samples and denoising.
-    pub fn single_rungs(&self) -> Vec<RungSetting> {
-        let rungs = self.rung_settings().into_iter();
-        rungs
-            .map(|setting| setting.without_ladder(Ladder::Samples))
-            .collect()
-    }
-
-    /// Returns the names of the ladders that the scene does not call for.
-    pub fn unneeded_ladders(&self) -> Vec<&'static str> {
-        let is_unneeded =
-            |ladder: &Ladder| ladder.changes_pictures() && !self.ladders.contains(ladder);
-        Ladder::ALL
-            .into_iter()
-            .filter(is_unneeded)
-            .map(Ladder::name)
-            .collect()
     }
 }

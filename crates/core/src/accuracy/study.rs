@@ -45,6 +45,8 @@ pub(super) struct Study<'a> {
     pub tiles: Vec<u32>,
     /// The tile with the most light, which is always tried. It stands for itself alone.
     pub brightest: u32,
+    /// Seconds of what a render does before its first sample, summed over all threads.
+    pub first_look: f64,
     /// The magnified part of the picture.
     pub detail: Crop,
     /// The whole picture of the most samples, but at most those in use, with their number.
@@ -68,6 +70,7 @@ impl<'a> Study<'a> {
             reference: None,
             tiles: Vec::new(),
             brightest: 0,
+            first_look: 0.0,
             detail: tile_crop(renderer.settings.size, 0),
             overview: (0, Picture::default()),
             reference_replicates: Vec::new(),
@@ -116,7 +119,7 @@ impl<'a> Study<'a> {
         let detail = Some(crop_picture(&picture, self.detail));
         let samples = self.space.sample_count(&job.setting);
         let most = self.space.sample_count(&RungSetting::default());
-        let is_better = (self.overview.0..=most).contains(&samples) || samples == most;
+        let is_better = (self.overview.0 + 1..=most).contains(&samples);
         if is_better || self.table.is_empty() {
             self.overview = (samples, picture);
         }
@@ -269,7 +272,7 @@ impl<'a> Study<'a> {
 /// Returns the claim of a whole picture, between two bounds where two replicates share a net. Its two
 /// nets, by which `render` claims, are up to a tenth too low where few pixels carry the noise, and do
 /// not tell small lamps from rare light. All four replicates, taken as independent, are up to a fifth
-/// too high where nets are well spread (`benches/runs/2026-11-30-advice.md`).
+/// too high where nets are well spread (`benches/runs/2026-12-01-claims.md`).
 fn claim_of(film: &Film) -> Option<Uncertainty> {
     let (nets, (all, _)) = (film.estimate_uncertainty()?, film.estimate_by_replicates()?);
     let between = |one: ErrorEstimate, other: ErrorEstimate| ErrorEstimate {

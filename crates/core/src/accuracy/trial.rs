@@ -178,7 +178,7 @@ impl TileSums {
 }
 
 /// Returns the mean of some numbers, and their unbiased variance; zero for a single one.
-pub(super) fn mean_and_variance(values: &[f64]) -> (f64, f64) {
+pub(crate) fn mean_and_variance(values: &[f64]) -> (f64, f64) {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();

@@ -25,9 +25,13 @@ pub fn process_seconds() -> f64 {
 /// independently of the machine's load.
 pub(crate) type Stopwatch = fn(work: &mut dyn FnMut() -> u64) -> f64;
 
-/// Runs the work and returns the CPU seconds of the calling thread.
-pub(super) fn time_on_thread(work: &mut dyn FnMut() -> u64) -> f64 {
-    time_work(TimerScope::Thread, work)
+/// Runs the work and returns the CPU seconds of the calling thread. In tests it is ten nanoseconds per
+/// unit of the work's amount.
+pub(super) fn time_sample(work: &mut dyn FnMut() -> u64) -> f64 {
+    match cfg!(test) {
+        true => work() as f64 * 1e-8,
+        false => time_work(TimerScope::Thread, work),
+    }
 }
 
 /// Runs the work and returns the CPU seconds of all threads of the process.
@@ -40,12 +44,6 @@ fn time_work(scope: TimerScope, work: &mut dyn FnMut() -> u64) -> f64 {
     let start = cpu_seconds(scope);
     work();
     cpu_seconds(scope) - start
-}
-
-/// Runs the work and returns ten nanoseconds per unit of its amount. The stopwatch of tests.
-#[cfg(test)]
-pub(super) fn simulate_stopwatch(work: &mut dyn FnMut() -> u64) -> f64 {
-    work() as f64 * 1e-8
 }
 
 #[derive(Clone, Copy)]

@@ -6,9 +6,7 @@ use raywright_bvh::{Geometry, Interval, Ray, Real, Vector};
 use serde::Serialize;
 
 use super::generated::HashedRandom;
-use super::measure::{
-    BenchMethod, BenchedGeometry, ScanTreeTiming, measure_scan_and_tree, time_builds,
-};
+use super::measure::{BenchedGeometry, ScanTreeTiming, measure_scan_and_tree, time_builds};
 use super::{BenchError, BenchOptions, SEEDS};
 use crate::camera::PreparedCamera;
 use crate::framing::{FIELD_OF_VIEW, Silhouette, ViewAngles};
@@ -42,30 +40,15 @@ pub fn compare_scene(
     options: &BenchOptions,
     on_row: &mut dyn FnMut(&ScanTreeTiming),
 ) -> Result<SceneComparison, BenchError> {
-    compare_scene_with_method(
-        scene,
-        settings,
-        &BenchMethod::with_thread_clock(options),
-        on_row,
-    )
-}
-
-/// Performs [`compare_scene`] with a given clock.
-fn compare_scene_with_method(
-    scene: &Scene,
-    settings: &Settings,
-    method: &BenchMethod,
-    on_row: &mut dyn FnMut(&ScanTreeTiming),
-) -> Result<SceneComparison, BenchError> {
     let lookup = SceneLookup::new(scene);
     let build = |kind| {
         time_builds(
-            method,
+            options,
             || (),
             |()| build_geometry::<f32>(scene, &lookup, kind, &()),
         )
     };
-    let [scan, tree] = method.options.accelerator_kinds().map(build);
+    let [scan, tree] = options.accelerator_kinds().map(build);
     let pair = [
         BenchedGeometry {
             geometry: scan.0?.geometry,
@@ -82,12 +65,12 @@ fn compare_scene_with_method(
     }
     let origin = StorageOrigin::from_scene::<f32>(scene, &lookup).origin;
     let rays = camera_rays(tree, settings, origin);
-    let camera = measure_scan_and_tree(&pair, &rays, method)?;
+    let camera = measure_scan_and_tree(&pair, &rays, options)?;
     on_row(&camera);
     let bounced = bounce_rays(tree, &rays);
     let bounce = match bounced.as_slice() {
         [] => None,
-        rays => Some(measure_scan_and_tree(&pair, rays, method)?),
+        rays => Some(measure_scan_and_tree(&pair, rays, options)?),
     };
     bounce.iter().for_each(on_row);
     Ok(SceneComparison { camera, bounce })
@@ -148,24 +131,19 @@ mod tests {
     use raywright_bvh::BuildQuality;
 
     use super::*;
-    use crate::bench::clock::simulate_stopwatch;
     use crate::scene::Object;
 
-    /// A clock that counts work, so that the result does not depend on the machine's load.
-    const HASTY: BenchMethod = BenchMethod {
-        options: BenchOptions {
-            repeats: 1,
-            sample_seconds: 1e-4,
-            build: BuildQuality::Fast,
-        },
-        stopwatch: simulate_stopwatch,
+    const HASTY: BenchOptions = BenchOptions {
+        repeats: 1,
+        sample_seconds: 1e-4,
+        build: BuildQuality::Fast,
     };
 
     fn compare_scene(
         scene: &Scene,
         on_row: &mut dyn FnMut(&ScanTreeTiming),
     ) -> Result<SceneComparison, BenchError> {
-        compare_scene_with_method(scene, &Settings::from_scene(scene), &HASTY, on_row)
+        super::compare_scene(scene, &Settings::from_scene(scene), &HASTY, on_row)
     }
 
     /// A sphere among `count` others on a plane, seen from the front.

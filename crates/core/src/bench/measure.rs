@@ -6,7 +6,7 @@ use std::hint::black_box;
 use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Ray, TraversalStats};
 use serde::Serialize;
 
-use super::clock::{Stopwatch, time_on_thread};
+use super::clock::time_sample;
 use super::statistics::SampleQuantiles;
 
 /// Extent of a benchmark: number of repetitions, duration of a timed sample, and build quality of
@@ -26,23 +26,6 @@ impl BenchOptions {
     /// Returns the two compared accelerators, linear scan and BVH.
     pub(super) fn accelerator_kinds(&self) -> [AcceleratorKind; 2] {
         [AcceleratorKind::Linear, AcceleratorKind::Tree(self.build)]
-    }
-}
-
-/// Extent and clock of a benchmark.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct BenchMethod {
-    pub options: BenchOptions,
-    pub stopwatch: Stopwatch,
-}
-
-impl BenchMethod {
-    /// Returns the method with the CPU clock of the thread.
-    pub fn with_thread_clock(options: &BenchOptions) -> Self {
-        Self {
-            options: *options,
-            stopwatch: time_on_thread,
-        }
     }
 }
 
@@ -116,17 +99,17 @@ pub struct HitMismatch {
 pub(super) fn measure_scan_and_tree(
     [scan, tree]: &[BenchedGeometry; 2],
     rays: &[Ray<f32>],
-    method: &BenchMethod,
+    options: &BenchOptions,
 ) -> Result<ScanTreeTiming, HitMismatch> {
-    let tree_sample = RaySample::from_intended_duration(&tree.geometry, rays, method);
-    let scan_sample = RaySample::from_intended_duration(&scan.geometry, rays, method);
-    let longest = PATIENCE * method.options.sample_seconds;
+    let tree_sample = RaySample::from_intended_duration(&tree.geometry, rays, options);
+    let scan_sample = RaySample::from_intended_duration(&scan.geometry, rays, options);
+    let longest = PATIENCE * options.sample_seconds;
     let scan_sample = Some(scan_sample).filter(|sample| sample.expected_seconds() <= longest);
     if let Some(sample) = &scan_sample {
         sample.compare_hits(&scan.geometry, &tree.geometry)?;
     }
     let (mut of_scan, mut of_tree) = (Vec::new(), Vec::new());
-    for _ in 0..method.options.repeats.max(1) {
+    for _ in 0..options.repeats.max(1) {
         let scanned = scan_sample
             .as_ref()
             .map(|sample| sample.time_per_ray(&scan.geometry));
@@ -163,7 +146,6 @@ struct RaySample<'a> {
     step: usize,
     passes: usize,
     seconds_per_ray: f64,
-    stopwatch: Stopwatch,
 }
 
 impl<'a> RaySample<'a> {
@@ -172,15 +154,13 @@ impl<'a> RaySample<'a> {
     fn from_intended_duration(
         geometry: &Geometry<f32>,
         rays: &'a [Ray<f32>],
-        method: &BenchMethod,
+        options: &BenchOptions,
     ) -> Self {
-        let BenchMethod { options, stopwatch } = *method;
         let mut sample = Self {
             rays,
             step: rays.len(),
             passes: 1,
             seconds_per_ray: f64::INFINITY,
-            stopwatch,
         };
         loop {
             sample.seconds_per_ray = sample.time_per_ray(geometry);
@@ -242,7 +222,7 @@ impl<'a> RaySample<'a> {
             }
             (rays * geometry.len()) as u64
         };
-        (self.stopwatch)(&mut trace) / rays as f64
+        time_sample(&mut trace) / rays as f64
     }
 
     /// Returns the cost per query. `seconds` are the seconds per ray of several timings of the
@@ -276,11 +256,10 @@ const LARGEST_BATCH: usize = 256;
 /// `input` creates the input of a build before the clock starts. Builds that are too short for the
 /// clock are timed in batches.
 pub(super) fn time_builds<I, G>(
-    method: &BenchMethod,
+    options: &BenchOptions,
     input: impl Fn() -> I,
     build: impl Fn(I) -> G,
 ) -> (G, SampleQuantiles) {
-    let BenchMethod { options, stopwatch } = *method;
     let batch = |size: usize| {
         let inputs: Vec<I> = (0..size).map(|_| input()).collect();
         let mut inputs = inputs.into_iter();
@@ -291,7 +270,7 @@ pub(super) fn time_builds<I, G>(
             }
             size as u64
         };
-        let seconds = stopwatch(&mut work);
+        let seconds = time_sample(&mut work);
         // A result is always present, because no batch is empty.
         (
             built.unwrap_or_else(|| build(input())),

@@ -16,7 +16,7 @@ use raywright_bvh::{Geometry, GeometryError, PrimitiveSet};
 use serde::Serialize;
 
 use crate::prepare::PrepareError;
-use measure::{BenchMethod, BenchedGeometry, measure_scan_and_tree, time_builds};
+use measure::{BenchedGeometry, measure_scan_and_tree, time_builds};
 
 pub use comparison::{SceneComparison, compare_scene};
 pub(crate) use generated::generate_primitives;
@@ -95,30 +95,20 @@ pub fn measure_generated(
     options: &BenchOptions,
     on_row: &mut dyn FnMut(&ScanTreeTiming),
 ) -> Result<GeneratedSceneTimings, BenchError> {
-    measure_generated_with_method(
-        kind,
-        sizes,
-        &BenchMethod::with_thread_clock(options),
-        on_row,
-    )
-}
-
-/// Performs [`measure_generated`] with a given clock.
-fn measure_generated_with_method(
-    kind: GeneratedPrimitive,
-    sizes: &[u32],
-    method: &BenchMethod,
-    on_row: &mut dyn FnMut(&ScanTreeTiming),
-) -> Result<GeneratedSceneTimings, BenchError> {
     let rays = generate_rays(RAYS, SEEDS[1]);
     let mut rows = Vec::with_capacity(sizes.len());
     for &size in sizes {
         let group: PrimitiveSet<f32> = generate_primitives(kind, size, SEEDS[0])?;
-        let build =
-            |kind| time_builds(method, || group.clone(), |group| Geometry::new(group, kind));
-        let pair = method.options.accelerator_kinds().map(build);
+        let build = |kind| {
+            time_builds(
+                options,
+                || group.clone(),
+                |group| Geometry::new(group, kind),
+            )
+        };
+        let pair = options.accelerator_kinds().map(build);
         let pair = pair.map(|(geometry, build)| BenchedGeometry { geometry, build });
-        let row = measure_scan_and_tree(&pair, &rays, method)?;
+        let row = measure_scan_and_tree(&pair, &rays, options)?;
         on_row(&row);
         rows.push(row);
     }
@@ -154,16 +144,12 @@ mod tests {
 
     use super::*;
 
-    /// Options that run everything without a meaningful measurement, with a clock that counts work,
-    /// so that the result does not depend on the machine's load.
-    fn hasty(sample_seconds: f64) -> BenchMethod {
-        BenchMethod {
-            options: BenchOptions {
-                repeats: 2,
-                sample_seconds,
-                build: BuildQuality::Fast,
-            },
-            stopwatch: clock::simulate_stopwatch,
+    /// Options that run everything without a meaningful measurement: the clock of tests counts work.
+    fn hasty(sample_seconds: f64) -> BenchOptions {
+        BenchOptions {
+            repeats: 2,
+            sample_seconds,
+            build: BuildQuality::Fast,
         }
     }
 
@@ -173,11 +159,10 @@ mod tests {
     fn a_series_of_each_kind() {
         for (_, kind) in GeneratedPrimitive::ALL {
             let mut seen = Vec::new();
-            let series =
-                measure_generated_with_method(kind, &[1, 14, 15, 200], &hasty(1e-4), &mut |row| {
-                    seen.push(row.primitives)
-                })
-                .unwrap();
+            let series = measure_generated(kind, &[1, 14, 15, 200], &hasty(1e-4), &mut |row| {
+                seen.push(row.primitives)
+            })
+            .unwrap();
             assert_eq!(seen, [1, 14, 15, 200]);
             for row in &series.rows {
                 let scan = row.scan.expect("tiny scans are timed");
@@ -213,7 +198,7 @@ mod tests {
     /// ratio is reported.
     #[test]
     fn slow_scans_are_left_out() {
-        let series = measure_generated_with_method(
+        let series = measure_generated(
             GeneratedPrimitive::Spheres,
             &[1000],
             &hasty(1e-9),

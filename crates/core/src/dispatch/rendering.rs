@@ -163,6 +163,25 @@ impl ReadyScene {
         output
     }
 
+    /// Looks for an object in view before a render: by a sample of each pixel of a small picture, then,
+    /// if it shows none, by a few of the whole picture. Returns the last picture, and whether it shows
+    /// that there is none.
+    pub fn look_for_objects(&self, observer: &dyn Observer) -> (RenderOutput, bool) {
+        const COARSE_EDGE: u32 = 64;
+        const SAMPLES: u32 = 4;
+        let look = |edge, samples| {
+            let rendered = self.render_preview(edge, samples, &[], observer);
+            let shows_object = rendered.counters.hits + rendered.counters.cut_short > 0;
+            let is_empty = !shows_object && rendered.finished;
+            (rendered, is_empty)
+        };
+        let [width, height] = self.settings.size;
+        match look(width.max(height).div_ceil(COARSE_EDGE), 1) {
+            (_, true) => look(1, SAMPLES),
+            found => found,
+        }
+    }
+
     /// Returns the colours of lit objects in a small picture of the whole view: of each pixel that
     /// shows an object with radiance, or of each pixel with radiance if no object is in view. They do
     /// not depend on crop, samples, seed and parts.

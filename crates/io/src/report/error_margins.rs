@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use super::numbers::format_number;
+use super::numbers::{format_number, format_power};
 use super::plot::{STYLE, ThemeColour, escape_xml};
 use super::scale::DecadeScale;
 
@@ -212,15 +212,6 @@ impl ErrorMarginRow {
 fn decades_between_labels(scale: &DecadeScale) -> i32 {
     let [first, last] = scale.decades;
     (last - first + 5) / 6
-}
-
-/// Formats the power of ten with this exponent, such as `0.01` or `1e-5`.
-fn format_power(exponent: i32) -> String {
-    if (-2..5).contains(&exponent) {
-        10_f64.powi(exponent).to_string()
-    } else {
-        format!("1e{exponent}")
-    }
 }
 
 #[cfg(test)]

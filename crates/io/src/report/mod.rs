@@ -21,4 +21,3 @@ pub use page::{AccuracyPage, html_document};
 pub use plot::{Plot, PlotAxis, PlotLine, PlotPoint, ThemeColour, escape_xml};
 pub use section::ReportSection;
 pub use table::{ColumnAlignment, Table, TableRow, format_uncertain, wrap_text};
-pub use tables::effect_section;

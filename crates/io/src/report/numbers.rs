@@ -123,9 +123,12 @@ pub fn format_seconds(exponent: i32) -> String {
     format!("{} {name}", format_power(exponent - unit))
 }
 
-/// Formats a power of ten by its exponent: `0.01`, `1000`.
+/// Formats a power of ten by its exponent: `0.01`, `1000`, `1e-5`.
 pub fn format_power(exponent: i32) -> String {
-    10_f64.powi(exponent).to_string()
+    match exponent {
+        -4..7 => 10_f64.powi(exponent).to_string(),
+        _ => format!("1e{exponent}"),
+    }
 }
 
 /// Formats seconds as a value of `--budget`, rounded up to tens of seconds, or to minutes from one

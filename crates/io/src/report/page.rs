@@ -55,17 +55,17 @@ fn points_line(name: &str, colour: ThemeColour, points: Vec<PlotPoint>) -> PlotL
 /// name; `None` if the error is not known. An error that is indistinguishable from zero is drawn at the
 /// upper end of its confidence interval.
 fn to_plot_point(measured: &MeasuredSetting, label: String, name: String) -> Option<PlotPoint> {
-    let root = |value: f64| value.max(1e-12).sqrt();
-    let error = &measured.errors.relmse;
-    if !error.map(f64::sqrt).is_known() {
+    let above_zero = |value: f64| value.max(1e-6);
+    let error = &measured.errors.root_relmse;
+    if !error.is_known() {
         return None;
     }
     let is_bound = error.includes_zero();
     let y = if is_bound { error.high } else { error.value };
     Some(PlotPoint {
         x: measured.seconds.value.max(1e-9),
-        y: root(y),
-        spread: [root(if is_bound { y } else { error.low }), root(error.high)],
+        y: above_zero(y),
+        spread: [if is_bound { y } else { error.low }, error.high].map(above_zero),
         is_bound,
         label: Some(label),
         name,
@@ -256,7 +256,7 @@ impl AccuracyPage<'_> {
             return "as exact as the time allowed".to_owned();
         };
         let measured = &self.report.settings[row];
-        let error = format_uncertain(&measured.errors.relmse.map(f64::sqrt), format_number);
+        let error = format_uncertain(&measured.errors.root_relmse, format_number);
         let time = format_uncertain(&measured.seconds, format_precise_duration);
         format!("error {error}<br>CPU time {time}")
     }

@@ -1,10 +1,9 @@
 //! Sections of the report of an accuracy measurement: settings on the frontier, rungs (quality
-//! levels) of each ladder (a setting with ordered levels), and several rungs together; and the section
-//! of the costs of effects. Terminal and page show the same sections.
+//! levels) of each ladder (a setting with ordered levels), and several rungs together. Terminal and page show the same sections.
 
-use raywright_core::accuracy::{ConfidenceInterval, EffectCost, EffectCosts, MeasuredSetting};
+use raywright_core::accuracy::{ConfidenceInterval, MeasuredSetting};
 
-use super::numbers::{format_budget, format_change, format_number, format_precise_duration};
+use super::numbers::{format_budget, format_number, format_precise_duration};
 use super::page::AccuracyPage;
 use super::section::ReportSection;
 use super::table::{ColumnAlignment, Table, TableRow, format_uncertain};
@@ -108,7 +107,7 @@ impl AccuracyPage<'_> {
         })
     }
 
-    /// Lists the rungs that the table of rungs leaves out: beaten, not measured, and without effect.
+    /// Lists the rungs that the table of rungs leaves out: beaten, or not measured.
     fn list_other_rungs(&self) -> Vec<String> {
         let report = self.report;
         let dominated = report.settings.iter().filter(|of| of.is_dominated());
@@ -121,10 +120,6 @@ impl AccuracyPage<'_> {
             (
                 "Not measured for lack of time",
                 report.unmeasured.join(", "),
-            ),
-            (
-                "Without effect on this scene, and not measured",
-                report.inapplicable.join(", "),
             ),
         ];
         lists
@@ -160,70 +155,18 @@ fn setting_cells(measured: &MeasuredSetting) -> [String; 5] {
     let errors = &measured.errors;
     let bias = errors.bias.and_then(|bias| {
         let bound = ConfidenceInterval { low: 0.0, ..bias };
-        match bias.map(f64::sqrt).is_known() && !bias.includes_zero() {
+        match bias.is_known() && !bias.includes_zero() {
             true => Some(bias),
-            false => (bias.high < errors.relmse.value).then_some(bound),
+            false => (bias.high < errors.root_relmse.value).then_some(bound),
         }
     });
     [
         format_uncertain(&measured.seconds, format_precise_duration),
         format_interval(measured.ratio),
-        format_interval(errors.relmse.map(f64::sqrt)),
-        bias.map(|bias| format_interval(bias.map(f64::sqrt)))
-            .unwrap_or_default(),
+        format_interval(errors.root_relmse),
+        bias.map(format_interval).unwrap_or_default(),
         format_light_change(&errors.light),
     ]
-}
-
-/// Returns the section of the costs of a scene's effects, the most expensive first.
-pub fn effect_section(costs: &EffectCosts) -> ReportSection {
-    let row = |cost: &EffectCost| {
-        let name = cost.effect.to_owned();
-        [name].into_iter().chain(effect_cells(cost)).collect()
-    };
-    let names = [
-        "effect",
-        "added time",
-        "added rays",
-        "change of picture, RMSE",
-    ];
-    ReportSection {
-        title: "Effects of the scene".to_owned(),
-        explanation: describe_effect_costs(costs),
-        table: Table::new(number_columns(), names, costs.effects.iter().map(row)),
-        notes: Vec::new(),
-    }
-}
-
-/// Formats the cost of an effect: the change in time as median, least and greatest value of several
-/// rounds, the change in the number of rays, and the difference of the picture.
-fn effect_cells(cost: &EffectCost) -> [String; 3] {
-    let ratio = &cost.ratio;
-    let [median, min, max, rays] =
-        [ratio.median, ratio.min, ratio.max, cost.rays].map(format_change);
-    [
-        format!("{median} ({min} to {max})"),
-        rays,
-        format_number(cost.rmse),
-    ]
-}
-
-/// Describes how the costs of effects were measured, in a sentence.
-fn describe_effect_costs(costs: &EffectCosts) -> String {
-    let [width, height] = costs.size;
-    let late = if costs.late.is_empty() {
-        String::new()
-    } else {
-        format!(
-            "; not measured for lack of time (give a larger --budget): {}",
-            costs.late.join(", ")
-        )
-    };
-    format!(
-        "The scene was rendered with and without each effect that can be switched off, in turns and with the same random numbers, at \
-         {width}x{height} pixels, in {} of CPU time with all effects: the differences are the cost of the effect{late}.",
-        format_precise_duration(costs.seconds.median)
-    )
 }
 
 /// Formats the change of a picture's mean radiance relative to the reference, in per cent.

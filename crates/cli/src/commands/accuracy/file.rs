@@ -16,11 +16,12 @@ use crate::console;
 use crate::machine::processor_name;
 use crate::origin::command_line;
 
-/// Version of the layout of [`AccuracyDocument`]. Since version 7, `settings` holds each measured
+/// Version of the layout of [`AccuracyDocument`]. Since version 8, ladders without effect on the scene
+/// are left to `explain`. Since version 7, `settings` holds each measured
 /// setting once, and `frontier` and `recommendations` are rows of it; ladders that change no picture,
 /// output formats and effects are left to `bench`, the documentation and `explain --measure`. Since
-/// version 6, keys are nouns (`recommendations`, `sufficient_budget`, `inapplicable`).
-const FORMAT: u32 = 7;
+/// version 6, keys are nouns (`recommendations`, `sufficient_budget`).
+const FORMAT: u32 = 8;
 
 /// Function that formats the report as the content of a file.
 pub type FileFormat = fn(&AccuracyDocument<'_>) -> String;
@@ -75,9 +76,10 @@ impl<'a> AccuracyDocument<'a> {
         let is_model = loaded.source.format.is_model();
         let command = RenderCommand::new(&loaded.source.name, is_model, requested, settings);
         let rows = report.settings.iter();
-        let flags: Vec<String> = rows
-            .map(|row| command.format_flags(&row.setting.flags()))
-            .collect();
+        let flags = rows.map(|row| match command.format_flags(&row.setting) {
+            flags if flags.is_empty() => "as it is".to_owned(),
+            flags => flags,
+        });
         let scene = &loaded.source.name;
         Self {
             page: AccuracyPage {
@@ -86,13 +88,7 @@ impl<'a> AccuracyDocument<'a> {
                 command: command_line(),
                 report,
                 recommendation: format_recommendation(report, &command),
-                flags: flags
-                    .into_iter()
-                    .map(|flags| match flags.is_empty() {
-                        true => "as it is".to_owned(),
-                        false => flags,
-                    })
-                    .collect(),
+                flags: flags.collect(),
                 own_command: command.base,
                 display: Display::from_render(&loaded.scene.render),
             },

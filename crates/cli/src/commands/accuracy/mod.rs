@@ -117,12 +117,12 @@ fn measure(
     let choices = RungChoices::from(&args.choices);
     let mut settings = Settings::from_scene(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
+    settings.size = args.size.unwrap_or(settings.size);
     choices.apply(&mut loaded.scene, &mut settings)?;
     choices.denoise_by_default(loaded, false, &mut settings);
     settings.max_memory = Some(options.limits.memory_bytes);
     let effort = AccuracyEffort {
         budget: args.budget,
-        size: args.size,
         rounds: args.rounds,
     };
     let mut tell = |label: &str, share: f64| steps.show_step(label, share);

@@ -2,7 +2,9 @@
 //! settings.
 
 use raywright_core::Settings;
-use raywright_core::accuracy::{AccuracyReport, MeasuredSetting, Recommendation, Recommendations};
+use raywright_core::accuracy::{
+    AccuracyReport, MeasuredSetting, Recommendation, Recommendations, RungSetting,
+};
 use raywright_io::report::{
     format_budget, format_duration, format_significant_digits, format_uncertain,
 };
@@ -19,27 +21,11 @@ pub struct RenderCommand {
     measurement_rungs: Vec<String>,
 }
 
-/// Returns the text `LADDER=RUNG` of a `--rung` flag; `None` for any other flag.
-fn parse_rung_flag(flag: &str) -> Option<&str> {
-    flag.strip_prefix("--rung ")
-}
-
-fn parse_ladder_name(rung: &str) -> Option<&str> {
-    rung.split_once('=').map(|(ladder, _)| ladder)
-}
-
-/// Returns `rungs`, with `chosen` in place of those of the same ladders.
-fn replace_rungs<'a>(rungs: &[&'a str], chosen: &'a [String]) -> Vec<&'a str> {
-    let chosen: Vec<&str> = chosen
-        .iter()
-        .filter_map(|flag| parse_rung_flag(flag))
-        .collect();
-    let is_free = |rung: &&str| {
-        let mut others = chosen.iter();
-        !others.any(|other| parse_ladder_name(other) == parse_ladder_name(rung))
-    };
-    let kept = rungs.iter().copied().filter(is_free);
-    kept.chain(chosen.iter().copied()).collect()
+/// Replaces the rung of a ladder among `LADDER=RUNG`, or adds it.
+fn put_rung(rungs: &mut Vec<String>, rung: &str) {
+    let ladder = |rung: &str| rung.split('=').next().map(str::to_owned);
+    rungs.retain(|other| ladder(other) != ladder(rung));
+    rungs.push(rung.to_owned());
 }
 
 impl RenderCommand {
@@ -48,45 +34,38 @@ impl RenderCommand {
     /// that its commands state the samples of the measured `settings`.
     pub fn new(scene: &str, is_model: bool, requested: &[String], settings: &Settings) -> Self {
         let samples = format!("samples={}", settings.samples());
-        let own: &[&str] = if is_model { &[&samples] } else { &[] };
-        let others = requested
-            .iter()
-            .filter(|flag| parse_rung_flag(flag).is_none())
-            .cloned();
-        let words: Vec<String> = ["raywright render".to_owned(), quote_for_shell(scene)]
-            .into_iter()
-            .chain(others)
-            .collect();
+        let mut measurement_rungs = Vec::from_iter(is_model.then_some(samples));
+        let mut words = vec!["raywright render".to_owned(), quote_for_shell(scene)];
+        for flag in requested {
+            match flag.strip_prefix("--rung ") {
+                Some(rung) => put_rung(&mut measurement_rungs, rung),
+                None => words.push(flag.clone()),
+            }
+        }
         Self {
             base: words.join(" "),
-            measurement_rungs: replace_rungs(own, requested)
-                .into_iter()
-                .map(str::to_owned)
-                .collect(),
+            measurement_rungs,
         }
     }
 
     /// Formats the rungs of the measurement and of a setting as flags of `render`. A rung (quality
     /// level) of the setting replaces the measurement's rung of the same ladder. Each rung has a
     /// flag of its own, so that the line can be broken between flags.
-    pub fn format_flags(&self, setting: &[String]) -> String {
-        let rungs: Vec<&str> = self.measurement_rungs.iter().map(String::as_str).collect();
-        let all = replace_rungs(&rungs, setting);
-        let short = |rung: &str| match rung.split_once('=') {
-            Some(("samples", samples)) => Some(format!("--spp {samples}")),
-            Some(("reconstruction", "denoised")) => Some("--denoise".to_owned()),
-            Some(("reconstruction", "unbiased")) => Some("--no-denoise".to_owned()),
-            _ => None,
+    pub fn format_flags(&self, setting: &RungSetting) -> String {
+        let mut all = self.measurement_rungs.clone();
+        for choice in setting.choices() {
+            put_rung(&mut all, &choice.to_string());
+        }
+        let flag = |rung: &String| match rung.split_once('=') {
+            Some(("samples", samples)) => (0, format!("--spp {samples}")),
+            Some(("reconstruction", "denoised")) => (0, "--denoise".to_owned()),
+            Some(("reconstruction", "unbiased")) => (0, "--no-denoise".to_owned()),
+            _ => (1, format!("--rung {rung}")),
         };
-        let rest = all
-            .iter()
-            .filter(|rung| short(rung).is_none())
-            .map(|rung| format!("--rung {rung}"));
-        all.iter()
-            .filter_map(|rung| short(rung))
-            .chain(rest)
-            .collect::<Vec<_>>()
-            .join(" ")
+        let mut flags: Vec<_> = all.iter().map(flag).collect();
+        flags.sort_by_key(|(place, _)| *place);
+        let flags: Vec<String> = flags.into_iter().map(|(_, flag)| flag).collect();
+        flags.join(" ")
     }
 }
 
@@ -97,7 +76,7 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
         "{} of CPU time",
         format_uncertain(&measured.seconds, format_duration)
     );
-    let error = measured.errors.relmse.map(f64::sqrt);
+    let error = measured.errors.root_relmse;
     if error.is_known() && error.includes_zero() {
         let most = format_significant_digits(error.high, 2);
         return format!(
@@ -112,12 +91,12 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
     let format_advice = |advice: &Recommendation| {
         let row = &report.settings[advice.row];
         // The ratio of two errors may be known where neither is.
-        let error = match row.errors.relmse.map(f64::sqrt).is_known() {
+        let error = match row.errors.root_relmse.is_known() {
             true => format!("has the error {} for", format_error(row)),
             false => "takes".to_owned(),
         };
         let time = format_uncertain(&row.ratio, |value| format_significant_digits(value, 2));
-        let flags = command.format_flags(&row.setting.flags());
+        let flags = command.format_flags(&row.setting);
         format!("`{flags}` {error} {time} x the time")
     };
     let advice = |advice: &Option<Recommendation>, what: &str, none: &str| match advice {
@@ -137,9 +116,17 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
         format_error(measured),
         reason.unwrap_or_default()
     );
-    text += &advice(half_the_error, "half the error", "half the error");
     let none = "the same error in clearly less time";
-    text += &advice(same_error, "the same error", none);
+    match (half_the_error, same_error) {
+        // One setting is both.
+        (Some(half), Some(same)) if half.row == same.row => {
+            text += &advice(half_the_error, "half the error in less time", "");
+        }
+        _ => {
+            text += &advice(half_the_error, "half the error", "half the error");
+            text += &advice(same_error, "the same error", none);
+        }
+    }
     if let Some(biased) = biased {
         let light = 100.0 * (report.settings[biased.row].errors.light.value - 1.0);
         text += &format!(
@@ -158,7 +145,7 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
 
 /// Formats the error of a measured setting (root relMSE) with its interval.
 fn format_error(measured: &MeasuredSetting) -> String {
-    format_uncertain(&measured.errors.relmse.map(f64::sqrt), |value| {
+    format_uncertain(&measured.errors.root_relmse, |value| {
         format_significant_digits(value, 2)
     })
 }
@@ -166,7 +153,7 @@ fn format_error(measured: &MeasuredSetting) -> String {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
-    use raywright_core::accuracy::{ConfidenceInterval, RungSetting};
+    use raywright_core::accuracy::ConfidenceInterval;
     use raywright_core::film::EstimateDoubt;
     use raywright_core::ladder::{Ladder, RungChoice};
     use raywright_core::scene::Scene;
@@ -179,6 +166,13 @@ mod tests {
 
     fn words(list: &[&str]) -> Vec<String> {
         list.iter().map(|&word| word.to_owned()).collect()
+    }
+
+    fn setting(rungs: &[&str]) -> RungSetting {
+        let choices = rungs
+            .iter()
+            .map(|rung| RungChoice::parse(rung).expect("a rung"));
+        RungSetting::from_rungs(&choices.collect::<Vec<_>>())
     }
 
     fn own_settings() -> Settings {
@@ -200,34 +194,34 @@ mod tests {
             &own_settings(),
         );
         assert_eq!(command.base, "raywright render 'a b.glb' --integrator path");
-        let flags = |list: &[&str]| command.format_flags(&words(list));
+        let flags = |list: &[&str]| command.format_flags(&setting(list));
         assert_eq!(
-            flags(&["--rung samples=64", "--rung precision=reference"]),
+            flags(&["samples=64", "precision=reference"]),
             "--spp 64 --rung precision=reference"
         );
         assert_eq!(
-            flags(&["--rung clamp=10", "--rung reconstruction=denoised"]),
+            flags(&["clamp=10", "reconstruction=denoised"]),
             "--spp 16 --denoise --rung clamp=10"
         );
         assert_eq!(
-            flags(&["--rung clamp=10", "--rung roulette=off"]),
-            "--spp 16 --rung clamp=10 --rung roulette=off"
+            flags(&["clamp=10", "roulette=off"]),
+            "--spp 16 --rung roulette=off --rung clamp=10"
         );
         assert_eq!(flags(&[]), "--spp 16");
         assert_eq!(
-            RenderCommand::new("preset:x", false, &[], &own_settings()).format_flags(&[]),
+            RenderCommand::new("preset:x", false, &[], &own_settings()).format_flags(&setting(&[])),
             ""
         );
         let flags = |rungs: &[&str], chosen: &str| {
             let command = RenderCommand::new("x.glb", true, &words(rungs), &own_settings());
-            command.format_flags(&words(&[chosen]))
+            command.format_flags(&setting(&[chosen]))
         };
         assert_eq!(
-            flags(&[], "--rung reconstruction=unbiased"),
+            flags(&[], "reconstruction=unbiased"),
             "--spp 64 --no-denoise"
         );
         assert_eq!(
-            flags(&["--rung clamp=10"], "--rung samples=4"),
+            flags(&["--rung clamp=10"], "samples=4"),
             "--spp 4 --rung clamp=10"
         );
     }
@@ -247,7 +241,7 @@ mod tests {
         let mut advice = |rung: &str, time: f64, square: f64, certain: bool| {
             let mut row = report.own().clone();
             row.setting = RungSetting::from_rung(RungChoice::parse(rung).expect("a rung"));
-            (row.ratio, row.errors.relmse) = (value_of(time), value_of(square));
+            (row.ratio, row.errors.root_relmse) = (value_of(time), value_of(square).map(f64::sqrt));
             report.settings.push(row);
             let row = report.settings.len() - 1;
             Some(Recommendation { row, certain })
@@ -266,16 +260,25 @@ mod tests {
                  ±10 % x the time. Faster, with bias: `--rung clamp=10` has the error 0.28 ±5 % for 0.26 ±10 % x the time, and -8.1 % light."
             )
         );
+        // One setting that is both is told once.
+        report.recommendations.same_error = report.recommendations.half_the_error;
+        report.recommendations.biased = None;
+        assert_eq!(
+            format_recommendation(&report, &command),
+            format!(
+                "{own} Half the error in less time: `--spp 256` has the error 0.15 ±5 % for 3.9 ±10 % x the time."
+            )
+        );
         report.recommendations = Recommendations::default();
         report.sufficient_budget = Some(61.0);
-        report.settings[0].errors.relmse.low = 0.004;
+        report.settings[0].errors.root_relmse.low = 0.004;
         report.doubt = Some(EstimateDoubt::FewPixels);
         assert_eq!(
             format_recommendation(&report, &command),
             "Setting in use: error not known (too few samples found light), 25.0 s ±10 % of CPU time. No setting is known to have half the error. No setting is known to have the same error in clearly less time. \
              What is not known, `--budget 2min` would probably make known."
         );
-        report.settings[0].errors.relmse.low = 0.0;
+        report.settings[0].errors.root_relmse.low = 0.0;
         assert_eq!(
             format_recommendation(&report, &command),
             "Setting in use: 25.0 s ±10 % of CPU time, and an error of at most 0.4, which is too small to be distinguished from the noise of the reference."
@@ -294,7 +297,7 @@ mod tests {
         ];
         for choice in ladders.into_iter().flat_map(Ladder::choices) {
             let advised = RenderCommand::new("preset:cornell", false, &[], &own_settings())
-                .format_flags(&RungSetting::from_rung(choice).flags());
+                .format_flags(&RungSetting::from_rung(choice));
             let settings = |words: &str| {
                 let words = ["raywright", "render", "preset:cornell"]
                     .into_iter()

@@ -14,7 +14,7 @@ pub fn format_report(document: &AccuracyDocument<'_>) -> String {
     let sections = page.sections();
     let point = |&row: &usize| {
         let measured = &page.report.settings[row];
-        let error = measured.errors.relmse.value.sqrt();
+        let error = measured.errors.root_relmse.value;
         (measured.seconds.value, error)
     };
     let points: Vec<_> = page.report.frontier.iter().map(point).collect();

@@ -45,9 +45,8 @@ pub fn run(mut session: Session, args: &BenchArgs) -> Result<(), Failure> {
     if let (Some(path), BenchMeasurements::Generated(series)) = (&args.plot, &report.measured) {
         session.write_report(path, &chart::draw_bench_plot(series, &report))?;
     }
-    console::print_report(args.json, &report, || match args.markdown {
-        true => text::format_markdown(&report),
-        false => text::format_plain(&report),
+    console::print_report(args.json, &report, || {
+        text::format_report(&report, args.markdown)
     })
 }
 

@@ -10,31 +10,20 @@ use super::{BenchMeasurements, BenchReport};
 use crate::console;
 use crate::table::{ColumnAlignment, Table, TableRow, wrap_paragraph};
 
-/// Formats the report for a terminal.
-pub fn format_plain(report: &BenchReport) -> String {
+/// Formats the report for a terminal, or as Markdown.
+pub fn format_report(report: &BenchReport, is_markdown: bool) -> String {
     let room = console::line_width();
-    let preamble = report.format_preamble().into_iter();
-    preamble
-        .map(|line| wrap_paragraph(&line) + "\n")
-        .chain(
-            build_sections(report)
-                .iter()
-                .map(|section| section.to_text(room)),
-        )
-        .collect()
-}
-
-/// Formats the report as Markdown.
-pub fn format_markdown(report: &BenchReport) -> String {
-    let preamble = report.format_preamble().into_iter();
-    preamble
-        .map(|line| line + "\n")
-        .chain(
-            build_sections(report)
-                .iter()
-                .map(ReportSection::to_markdown),
-        )
-        .collect()
+    let line = |line: String| match is_markdown {
+        true => line + "\n",
+        false => wrap_paragraph(&line) + "\n",
+    };
+    let section = |section: &ReportSection| match is_markdown {
+        true => section.to_markdown(),
+        false => section.to_text(room),
+    };
+    let preamble = report.format_preamble().into_iter().map(line);
+    let sections = build_sections(report);
+    preamble.chain(sections.iter().map(section)).collect()
 }
 
 fn build_sections(report: &BenchReport) -> Vec<ReportSection> {

@@ -11,9 +11,9 @@ use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use raywright_core::RenderOutput;
-use raywright_core::accuracy::measure_effects;
 use raywright_core::denoise::sketch;
 use raywright_core::display::Display;
+use raywright_core::effect_costs::measure_effects;
 use raywright_core::film::Film;
 use raywright_core::settings::Aov;
 use raywright_io::InputFiles;

@@ -55,7 +55,6 @@ const MICROSECOND_A_RAY: Stopwatch = |work| work() as f64 * 1e-6;
 fn effort(seconds: f64, rounds: u32) -> AccuracyEffort {
     AccuracyEffort {
         budget: Duration::from_secs_f64(seconds),
-        size: None,
         rounds,
     }
 }
@@ -102,20 +101,21 @@ fn near(value: f64, expected: f64) {
     );
 }
 
-/// Protects: times are those of rendering alone, and ratios are a setting's time over that of the
-/// one in use. n segments take n/4 of the time of four. The light of n segments with a mirror of one
+/// Protects: times are those of rendering and of the look for objects before it, and ratios are a
+/// setting's time over that of the one in use. n segments take n/4 of the time of four. The light of n segments with a mirror of one
 /// half is 1 − 0.5ⁿ of all. The listener is told every rung.
 #[test]
 fn times_are_what_the_clock_says() {
     let mut heard: Vec<(String, f64)> = Vec::new();
     let mut listener = |label: &str, share: f64| heard.push((label.to_owned(), share));
     let report = measured_by(MICROSECOND_A_RAY, &mut listener);
-    near(report.own().seconds.value, 32e-6);
+    // The look is as large as this small picture.
+    near(report.own().seconds.value, 64e-6);
     let lengths = rungs(&report, "path-length");
     assert_eq!(lengths.len(), 5);
     for (rung, measured) in lengths {
         let n: f64 = rung.parse().expect("a number");
-        near(measured.seconds.value, n * 8.0 * 1e-6);
+        near(measured.seconds.value, n * 16.0 * 1e-6);
         near(measured.ratio.value, n / 4.0);
         let light = measured.errors.light.value;
         assert!(
@@ -240,14 +240,14 @@ fn errors_are_those_that_pictures_claim() {
         .estimate_uncertainty()
         .expect("random numbers")
         .root_relmse;
-    let own = report.own().errors.relmse.map(f64::sqrt);
+    let own = report.own().errors.root_relmse;
     assert!(
         (own.value / claim.value - 1.0).abs() < 0.01,
         "{own:?}, not {claim:?}"
     );
     assert!(own.low <= claim.low && claim.high <= own.high);
     let samples = rungs(&report, "samples").into_iter();
-    let errors: Vec<f64> = samples.map(|(_, of)| of.errors.relmse.value).collect();
+    let errors: Vec<f64> = samples.map(|(_, of)| of.errors.root_relmse.value).collect();
     assert!(
         errors.len() == 5 && errors.is_sorted_by(|a, b| a > b),
         "{errors:?}"
@@ -262,6 +262,36 @@ fn errors_are_those_that_pictures_claim() {
         "{row:?}"
     );
     assert!(report.frontier.contains(&half.row));
+}
+
+/// Protects: the time of another number of samples is that of a render: a first look, which does not
+/// depend on the samples, and the samples.
+#[test]
+fn a_first_look_takes_the_same_time_for_all_samples() {
+    let scene = lamp();
+    let settings = Settings {
+        size: [64, 48],
+        ..path_settings(&scene)
+    };
+    let ready = prepare(&scene, &settings, &()).expect("a scene");
+    let look = ready.look_for_objects(&()).0.counters.ray_count() as f64 * 1e-6;
+    with_study(&scene, &settings, |study| {
+        study.look_at_picture().expect("a picture");
+        let job = Job::whole(&RungSetting::default());
+        study.run_job(job).expect("a picture");
+        let row = |rung: &str| {
+            let choice = RungChoice::parse(rung).expect("a rung");
+            Figures { study }.summarise(&RungSetting::from_rung(choice))
+        };
+        let own = Figures { study }.summarise(&RungSetting::default());
+        let samples = own.expect("a row").seconds.value - look;
+        for (rung, share) in [("samples=1", 1.0 / 16.0), ("samples=64", 4.0)] {
+            let row = row(rung).expect("a row");
+            near(row.seconds.value, share * samples + look);
+            near(row.ratio.value, (share * samples + look) / (samples + look));
+        }
+        assert!(look > 0.04 * samples, "{look}, {samples}");
+    });
 }
 
 /// Protects: the light of a denoised row is the ratio of the denoised picture's light to the noisy

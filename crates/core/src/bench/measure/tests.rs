@@ -22,16 +22,13 @@ fn samples_fill_their_time() {
         AcceleratorKind::Linear,
     );
     let sized = |rays: u32, sample_seconds| {
-        let method = BenchMethod {
-            options: BenchOptions {
-                repeats: 1,
-                sample_seconds,
-                build: BuildQuality::Fast,
-            },
-            stopwatch: crate::bench::clock::simulate_stopwatch,
+        let options = BenchOptions {
+            repeats: 1,
+            sample_seconds,
+            build: BuildQuality::Fast,
         };
         let rays = crate::bench::generate_rays(rays, 1);
-        let sample = RaySample::from_intended_duration(&geometry, &rays, &method);
+        let sample = RaySample::from_intended_duration(&geometry, &rays, &options);
         assert!((sample.seconds_per_ray - 3e-8).abs() < 1e-20);
         (rays.len(), sample.step, sample.passes)
     };

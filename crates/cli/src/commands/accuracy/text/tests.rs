@@ -1,10 +1,11 @@
 //! Cells of the tables: an artificial report, and its figures in text tables and on the page.
 
 use raywright_core::accuracy::{
-    AccuracyReport, ConfidenceInterval, EffectCost, EffectCosts, LadderInUse, MeasuredSetting,
-    Recommendations, ReferenceReport, ReportPictures, RungSetting, SettingErrors, TileReport,
+    AccuracyReport, ConfidenceInterval, LadderInUse, MeasuredSetting, Recommendations,
+    ReferenceReport, ReportPictures, RungSetting, SettingErrors, TileReport,
 };
 use raywright_core::bench::SampleQuantiles;
+use raywright_core::effect_costs::{EffectCost, EffectCosts};
 use raywright_core::ladder::RungChoice;
 use raywright_io::LoadedScene;
 
@@ -26,7 +27,7 @@ fn interval(value: f64, low: f64, high: f64) -> ConfidenceInterval {
 }
 
 /// Creates a measurement of rungs in which all figures differ.
-fn measured(rungs: &[&str], relmse: ConfidenceInterval) -> MeasuredSetting {
+fn measured(rungs: &[&str], square: ConfidenceInterval) -> MeasuredSetting {
     let choice = |rung: &&str| RungChoice::parse(rung).expect("a rung");
     let choices: Vec<RungChoice> = rungs.iter().map(choice).collect();
     MeasuredSetting {
@@ -34,8 +35,8 @@ fn measured(rungs: &[&str], relmse: ConfidenceInterval) -> MeasuredSetting {
         seconds: interval(25.0, 22.5, 27.5),
         ratio: interval(1.75, 1.7499, 1.7501),
         errors: SettingErrors {
-            relmse,
-            bias: Some(interval(1.21e-4, 1.0e-4, 1.44e-4)),
+            root_relmse: square.map(f64::sqrt),
+            bias: Some(interval(0.011, 0.01, 0.012)),
             light: interval(0.919, 0.918, 0.92),
         },
         error_ratio: ConfidenceInterval::from_exact(0.9),
@@ -70,7 +71,6 @@ pub fn report() -> AccuracyReport {
             in_use: "64".to_owned(),
         }],
         unmeasured: vec!["samples=1024".to_owned()],
-        inapplicable: vec![],
         sufficient_budget: None,
         seconds: 12.0,
         cut_short: false,
@@ -239,7 +239,7 @@ fn figures_of_effects() {
         effects: vec![cost],
         late: vec!["sky"],
     };
-    let text = raywright_io::report::effect_section(&costs).to_text(None);
+    let text = crate::commands::explain::effect_section(&costs).to_text(None);
     assert!(
         text.contains("at 64x36 pixels, in 750 ms of CPU time with all effects")
             && text.contains("lack of time (give a larger --budget): sky."),

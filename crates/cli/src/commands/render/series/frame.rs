@@ -309,29 +309,17 @@ impl<'a> PictureSeries<'a> {
         ready: &ReadyScene,
         plan: &PicturePlan,
     ) -> Result<(), Failure> {
-        const COARSE_EDGE: u32 = 64;
-        const SAMPLES: u32 = 4;
         if self.task.pictures_per_scene() > 1
             || !self.task.refuses_empty_pictures()
             || self.task.film.resume.is_some()
         {
             return Ok(());
         }
-        let [width, height] = plan.settings.size;
         let watch = self.session.observer();
-        for edge in [width.max(height).div_ceil(COARSE_EDGE), 1] {
-            let rendered = self
-                .session
-                .run(|| ready.render_preview(edge, SAMPLES, &[], &watch));
-            let shows_object = rendered.counters.hits + rendered.counters.cut_short > 0;
-            if shows_object || !rendered.finished {
-                return Ok(());
-            }
-            if edge == 1 {
-                return self.refuse_empty_picture(loaded, &rendered, plan);
-            }
+        match self.session.run(|| ready.look_for_objects(&watch)) {
+            (rendered, true) => self.refuse_empty_picture(loaded, &rendered, plan),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// Chooses the exposure of a scene's first picture, and applies it to each of its pictures.

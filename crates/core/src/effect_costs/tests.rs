@@ -18,14 +18,14 @@ fn measured_without(
         ..Settings::from_scene(&scene)
     };
     let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-    EffectBench {
-        scene: &scene,
-        observer: &(),
-        stopwatch,
-        start: Instant::now(),
+    let observer = &();
+    measure_by_stopwatch(
+        (&scene, &settings),
         budget,
-    }
-    .measure_costs(&settings, &mut |_, _| ())
+        observer,
+        &mut |_, _| (),
+        stopwatch,
+    )
 }
 
 const MIRROR: &str = r#"{"format": 1, "render": {"size": [4, 2], "pattern": "centre", "max_depth": 4}, "sky": {"constant": 0.5},
