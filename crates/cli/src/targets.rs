@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use raywright_io::masking::mask_to_one_line;
-use raywright_io::output::{self, OutputPath, PictureFormat, is_own_picture};
+use raywright_io::output::{self, OutputPath, PictureFormat, is_film, is_own_picture};
 use raywright_io::{Error, ErrorKind, InputFiles, OverwrittenInput};
 
 use crate::args::values::join_alternatives;
@@ -133,6 +133,20 @@ impl OutputFiles {
             format_args!("{flag} {}", path.with_extension(extension).display()),
         )?;
         self.add_output(path, flag)
+    }
+
+    /// Adds the film file of `--checkpoint` as [`OutputFiles::add_output`] does. Refuses an existing
+    /// file that is no film.
+    pub fn add_checkpoint(&mut self, path: &Path) -> Result<(), Failure> {
+        Failure::refuse_if(
+            path.is_file() && !is_film(path),
+            format_args!(
+                "{}: this file exists and is no film, which alone --checkpoint replaces",
+                path.display()
+            ),
+            format_args!("--checkpoint {}", path.with_extension("film").display()),
+        )?;
+        self.add_output(path, "--checkpoint")
     }
 
     /// Returns the output that has this path or is the same existing file.

@@ -7,7 +7,7 @@ mod stray;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use raywright_bvh::Aabb;
 use serde::Serialize;
@@ -16,7 +16,7 @@ use crate::dispatch::measure_scene_extent;
 use crate::fault::{count_with_unit, format_decimal};
 use crate::generate::all_objects;
 use crate::lookup::SceneLookup;
-use crate::scene::{MeshData, Scene};
+use crate::scene::{MeshData, Scene, VertexPositions};
 use crate::settings::PrecisionChoice;
 use stray::TriangleFaults;
 
@@ -73,6 +73,8 @@ pub struct SolidSummary {
     pub open_edges: u64,
     /// See `open_edges`.
     pub places: u64,
+    /// Number of triangles whose orientation differs from most of their part.
+    pub flipped_triangles: u64,
     /// Extent of all bounded shapes along each axis, in units of the file.
     pub size: [f64; 3],
     /// Volume in cubic units, without the volume of bubbles. Overlapping parts count twice.
@@ -90,20 +92,62 @@ impl SolidSummary {
         topologies: &BTreeMap<usize, Topology>,
     ) -> Option<Self> {
         let (lookup, mut found) = (SceneLookup::new(scene), Self::default());
+        let mut bodies: Vec<(DAffine3, Vec<usize>)> = Vec::new();
         for object in all_objects(scene) {
             let mesh = lookup.mesh_index(&object.object.shape);
-            let Some(topology) = mesh.and_then(|mesh| topologies.get(&mesh)) else {
+            let Some(mesh) = mesh.filter(|mesh| topologies.contains_key(mesh)) else {
                 continue;
             };
-            let volume: f64 = topology.components.iter().map(|part| part.volume).sum();
-            found.open_edges += topology.open_edges.count;
-            found.places += topology.open_places;
-            found.volume += volume * object.object_to_world().matrix3.determinant().abs();
+            let place = object.object_to_world();
+            match bodies.last_mut().filter(|body| body.0 == place) {
+                Some(body) => body.1.push(mesh),
+                None => bodies.push((place, vec![mesh])),
+            }
+        }
+        for (place, meshes) in bodies {
+            let is_open = |mesh: &usize| topologies[mesh].open_edges.count > 0;
+            // A body of several materials has a mesh for each.
+            let whole = (meshes.len() > 1 && meshes.iter().any(is_open)).then(|| {
+                let data = |mesh: &usize| {
+                    lookup
+                        .mesh_data(&scene.meshes[*mesh].name)
+                        .map(AsRef::as_ref)
+                };
+                Topology::from_mesh(&join_meshes(meshes.iter().filter_map(data)))
+            });
+            let parts = meshes.iter().map(|mesh| &topologies[mesh]);
+            for topology in whole.as_ref().map_or(parts.collect(), |whole| vec![whole]) {
+                let volume: f64 = topology.components.iter().map(|part| part.volume).sum();
+                found.open_edges += topology.open_edges.count;
+                found.places += topology.open_places;
+                found.flipped_triangles += topology.flipped.count;
+                found.volume += volume * place.matrix3.determinant().abs();
+            }
         }
         let bounds = measure_scene_extent(scene, PrecisionChoice::Reference).bounds;
         found.size = bounds.extent().to_array();
         (!topologies.is_empty()).then_some(found)
     }
+}
+
+/// Joins the triangles of meshes in one space.
+fn join_meshes<'a>(meshes: impl Iterator<Item = &'a MeshData>) -> MeshData {
+    let mut whole = MeshData::default();
+    for data in meshes {
+        if whole.positions.is_empty() {
+            whole.positions = VertexPositions::with_origin(data.positions.origin());
+        }
+        let (first, origin) = (whole.positions.len() as u32, whole.positions.origin());
+        let offset = |point: DVec3| (point - origin).as_vec3().to_array();
+        whole
+            .positions
+            .extend_offsets(data.positions.iter().map(offset));
+        let corners = data.indices.iter();
+        whole
+            .indices
+            .extend(corners.map(|corners| corners.map(|corner| corner + first)));
+    }
+    whole
 }
 
 /// Returns the connectivity of each mesh that objects show, by the index of the mesh.
@@ -132,6 +176,13 @@ impl fmt::Display for SolidSummary {
                 count_with_unit(self.places, "places")
             )?,
         }
+        if self.flipped_triangles > 0 {
+            write!(
+                f,
+                ", {} flipped",
+                count_with_unit(self.flipped_triangles, "triangles")
+            )?;
+        }
         let size = self.size.map(format_decimal).join(" x ");
         write!(f, "; size {size}, volume {}", format_decimal(self.volume))
     }
@@ -150,8 +201,8 @@ pub(crate) struct MeshComponent {
     pub triangles: u64,
     /// First triangle of the part.
     pub first: u32,
-    /// Signed volume without spikes, positive if the part is oriented outwards, and the sum of the
-    /// absolute values of its terms, which bounds the rounding error.
+    /// Signed volume without spikes, positive if most triangles are oriented outwards, and the sum
+    /// of the absolute values of its terms, which bounds the rounding error.
     volume: f64,
     volume_terms: f64,
     bounds: Aabb,
@@ -305,9 +356,16 @@ impl Topology {
         let is_spike = |i: usize| spikes.binary_search(&(i as u32)).is_ok();
         let offset =
             |corner: u32| DVec3::from(data.positions.offsets()[corner as usize].map(f64::from));
-        let middle = (0..data.indices.len())
-            .find(|&i| !spikes.is_empty() && !is_spike(i))
-            .map_or(DVec3::ZERO, |i| offset(data.indices[i][0]));
+        let plain = (0..data.indices.len()).filter(|&i| kept[i] && !is_spike(i));
+        let bounds = plain.fold(Aabb::EMPTY, |bounds, i| {
+            bounds.union(Aabb::from_points(data.indices[i].map(offset)))
+        });
+        // The volume of an open part does not depend on its place.
+        let middle = if bounds.is_empty() {
+            DVec3::ZERO
+        } else {
+            0.5 * (bounds.min + bounds.max)
+        };
         let mut places: HashMap<u32, u32> = HashMap::new();
         self.component_of = vec![u32::MAX; data.indices.len()];
         for (i, triangle) in data.indices.iter().enumerate().filter(|(i, _)| kept[*i]) {
@@ -332,10 +390,16 @@ impl Topology {
                 continue;
             }
             let corners @ [a, b, c] = triangle.map(|corner| offset(corner) - middle);
-            let volume = a.dot(b.cross(c)) / 6.0;
+            let volume = a.dot(b.cross(c)) / if turn { -6.0 } else { 6.0 };
             part.volume += volume;
             part.volume_terms += volume.abs();
             part.bounds = part.bounds.union(Aabb::from_points(corners));
+        }
+        // Most triangles decide on the orientation of their part.
+        for part in &mut self.components {
+            if part.sides[1] > part.sides[0] {
+                part.volume = -part.volume;
+            }
         }
     }
 

@@ -125,6 +125,9 @@ impl SectionPlane {
 /// Largest distance from the plane at which a vertex counts as in the plane, relative to the
 /// largest coordinate. It is four units in the last place (f32) of half that coordinate.
 const COORDINATE_TOLERANCE: f64 = 2.5e-7;
+/// The same relative to the model's extent, which limits it: a model far from the origin may have
+/// coordinates in double precision.
+const EXTENT_TOLERANCE: f64 = 1e-5;
 
 /// Cuts all meshes of a scene by a plane, and adds caps to closed meshes. The plane is that of the
 /// file, whose axis `up` has been turned to y. Returns the warnings, in which the scene is called
@@ -145,7 +148,8 @@ pub(crate) fn cut_scene(
         PlanePosition::Coordinate(at) => at,
         PlanePosition::Fraction(share) => minimum + share * (maximum - minimum),
     };
-    let tolerance = COORDINATE_TOLERANCE * minimum.abs().max(maximum.abs());
+    let tolerance = (COORDINATE_TOLERANCE * minimum.abs().max(maximum.abs()))
+        .min(EXTENT_TOLERANCE * (maximum - minimum));
     let height = |point: DVec3| {
         let height = section.side_sign() * (point[section.axis] - plane);
         if height.abs() <= tolerance {

@@ -45,7 +45,7 @@ impl FilmOutputs {
         session.outputs = OutputFiles::with_quality(display.quality);
         let targets = targets::resolve_picture_targets(pictures, &mut session.outputs)?;
         if let Some(path) = checkpoint {
-            session.outputs.add_output(path, "--checkpoint")?;
+            session.outputs.add_checkpoint(path)?;
         }
         let mut inputs = InputFiles::default();
         films.iter().for_each(|film| inputs.record_read(film));

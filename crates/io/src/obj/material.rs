@@ -261,7 +261,7 @@ fn texture_input(image: TextureRef, factor: f64) -> NumberInput {
     NumberInput::Texture(TextureInput {
         texture: TextureRef {
             factor: Colour([factor; 3]),
-            channel: Some(Channel::Red),
+            channel: image.channel.or(Some(Channel::Red)),
             ..image
         },
     })

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use raywright_core::scene::{
-    Colour, ColourSpace, Image, Texture, TextureFilter, TextureRef, WrapMode,
+    Channel, Colour, ColourSpace, Image, Texture, TextureFilter, TextureRef, WrapMode,
 };
 
 use super::SceneBuilder;
@@ -25,6 +25,8 @@ pub(super) struct TextureStatement {
     pub offset: [f64; 2],
     /// Factor on a bump or normal map (`-bm`).
     pub bump: f64,
+    /// Channel of a map of numbers (`-imfchan`); red unless stated.
+    pub channel: Option<Channel>,
 }
 
 /// Options of texture statements, each with its number of argument words. `0` marks an option with
@@ -56,6 +58,7 @@ impl TextureStatement {
             scale: [1.0; 2],
             offset: [0.0; 2],
             bump: 1.0,
+            channel: None,
         };
         let mut name = String::new();
         let mut words = text.split_inclusive(char::is_whitespace).peekable();
@@ -90,6 +93,14 @@ impl TextureStatement {
             "-o" => self.offset = [number(0, 0.0), number(1, 0.0)],
             "-bm" => self.bump = number(0, 1.0),
             "-clamp" => self.clamp = arguments == ["on"],
+            "-imfchan" => {
+                self.channel = match arguments {
+                    ["g"] => Some(Channel::Green),
+                    ["b"] => Some(Channel::Blue),
+                    ["m"] => Some(Channel::Alpha),
+                    _ => None,
+                }
+            }
             _ => {}
         }
     }
@@ -249,7 +260,7 @@ impl SceneBuilder<'_> {
             uv: None,
             uv_transform,
             factor: Colour::WHITE,
-            channel: None,
+            channel: map.channel,
         })
     }
 }
@@ -275,6 +286,10 @@ mod tests {
             ("c.png".to_owned(), true, [2.0, 3.0], [0.5, 0.0])
         );
         assert_eq!(map("-s"), plain(""));
+        let channel = |text: &str| TextureStatement::parse(text).channel;
+        assert_eq!(channel("-imfchan b a.png"), Some(Channel::Blue));
+        assert_eq!(channel("-imfchan m a.png"), Some(Channel::Alpha));
+        assert_eq!(channel("a.png"), None);
     }
 
     /// Protects: scale and offset apply to v from the bottom: the bottom-left texel of a doubled

@@ -167,8 +167,20 @@ fn describe_motion(loaded: &LoadedScene) -> String {
 
 /// Describes the box around all bounded shapes, and the number of shapes without bounds.
 fn describe_bounds(bounds: Option<[[f64; 3]; 2]>, unbounded: usize) -> String {
-    let corner = |point: [f64; 3]| point.map(format_four_digits).join(", ");
-    let bounds = bounds.map(|[least, most]| format!("{}  to  {}", corner(least), corner(most)));
+    let bounds = bounds.map(|[least, most]| {
+        // As many digits as tell the two corners apart.
+        let number = |point: [f64; 3], axis: usize| {
+            let (size, x) = (most[axis] - least[axis], point[axis]);
+            if size > 0.0 && x.abs() > 10.0 * size {
+                let places = (3.0 - size.log10().floor()).clamp(0.0, 12.0) as usize;
+                format!("{x:.places$}")
+            } else {
+                format_four_digits(x)
+            }
+        };
+        let corner = |point| [0, 1, 2].map(|axis| number(point, axis)).join(", ");
+        format!("{}  to  {}", corner(least), corner(most))
+    });
     let unbounded = (unbounded > 0).then(|| format!("{unbounded} without bounds"));
     let parts: Vec<String> = bounds.into_iter().chain(unbounded).collect();
     parts.join(", and ")

@@ -333,7 +333,7 @@ pub fn check_film_flags(
     let Some(path) = &task.film.checkpoint else {
         return Ok(());
     };
-    outputs.add_output(path, "--checkpoint")?;
+    outputs.add_checkpoint(path)?;
     // The resumed file may be the checkpoint file itself, because the new checkpoint contains all
     // of its samples.
     let mut inputs = InputFiles::default();

@@ -405,7 +405,7 @@ pub fn resolve_named_files(
                 Err(error.with_hint(format!(
                     "number the files: -o {}; or put all pictures on one sheet: --sheet {}",
                     numbered.display(),
-                    path.display()
+                    path.with_extension("png").display()
                 )))
             }
         };
