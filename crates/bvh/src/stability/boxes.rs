@@ -51,9 +51,9 @@ fn scatter_boxes(seed: u64, count: u64) -> Vec<BoxCorners> {
     (0..count).map(draw).collect()
 }
 
-/// Draws a point well inside a box.
+/// Draws a point inside a box.
 fn draw_inner_point(rng: &mut CaseRng, [min, max]: BoxCorners) -> DVec3 {
-    min + (max - min) * (rng.sample_point_in_cube() * 0.45 + 0.5)
+    min + (max - min) * (rng.sample_point_in_cube() * 0.499 + 0.5)
 }
 
 /// Returns the rays if the linear scan finds what the oracle requires, or else a wrong verdict.
@@ -106,7 +106,7 @@ pub(super) fn cases<R: Real>() -> Vec<Case<R>> {
                 },
             );
         }),
-        // Rays with directions of any length, from 1e-20 to 1e20.
+        // Rays with directions of any length, from 1e-20 to 1e20, and from any distance.
         ("T05", |trial| {
             judge_aimed_rays(
                 trial,
@@ -115,7 +115,7 @@ pub(super) fn cases<R: Real>() -> Vec<Case<R>> {
                 |rng, corners| {
                     let (target, d) = (draw_inner_point(rng, corners), rng.sample_direction());
                     [
-                        target - d * 30.0,
+                        target - d * rng.choose(&[30.0, 1e3, 1e5]),
                         d * 10_f64.powf(rng.next_uniform(-20.0, 20.0)),
                     ]
                 },

@@ -148,6 +148,11 @@ pub fn within<L: fmt::Display>(error: f64, bound: f64, label: impl FnOnce() -> L
     Verdict::Wrong(format!("{label}: {error:e}, at most {bound:e} is allowed"))
 }
 
+/// Returns a bound of f32's rounding errors for the precision `R`: a millionth of it for f64.
+pub fn bound_in<R: Real>(bound: f64) -> f64 {
+    if R::IS_SINGLE { bound } else { bound * 1e-6 }
+}
+
 /// Returns the verdict about a condition, which is right if the condition holds. `label` returns
 /// the message of a wrong verdict.
 pub fn require<L: fmt::Display>(condition: bool, label: impl FnOnce() -> L) -> Verdict {

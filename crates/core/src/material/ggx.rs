@@ -159,7 +159,7 @@ impl<N: Number> Ggx<N> {
     /// The mirrored direction is zero where it would lie below `normal`: its light would hit
     /// another microfacet and counts as lost. No other lobe may take such a direction for
     /// transmission.
-    pub(super) fn sample_reflection(
+    pub(crate) fn sample_reflection(
         &self,
         normal: N::Vec3,
         wo: N::Vec3,

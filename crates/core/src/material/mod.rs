@@ -54,6 +54,7 @@ pub use fresnel::{
     FresnelRule, environment_reflectance, fresnel_conductor, fresnel_dielectric, schlick,
     schlick_weight,
 };
+pub(crate) use ggx::Ggx;
 pub(crate) use interface::SmoothInterface;
 pub use lambert::Lambert;
 pub use layer_fields::{LayerFieldEvaluator, LayerFieldTypes};

@@ -76,8 +76,9 @@ pub(super) fn cases<R: Real>() -> Vec<Case<R>> {
                         let d = sample_cosine_hemisphere::<R>([u, v].map(R::from_f64)).to_f64();
                         // The square of the height is one minus the first number.
                         let off = (d.z * d.z - (1.0 - u)).abs();
+                        let bound = 4.0 * roundoff * (1.0 - u);
                         judge(d, roundoff, d.z)
-                            & within(off, 4.0 * roundoff, || format!("height of {u} and {v}"))
+                            & within(off, bound, || format!("height of {u} and {v}"))
                     }
                     1 => {
                         // Cones from a nearly zero angle to a half-space, by the sine of their

@@ -86,8 +86,13 @@ pub(super) fn cases<R: Real>() -> Vec<Case<R>> {
                 let n = normal.to_f64();
                 let lengths = [t, b, n].map(|v| v.length() - 1.0);
                 let errors = [lengths, [t.dot(b), b.dot(n), n.dot(t)]];
-                let judge =
-                    |error: &f64| within(error.abs(), 4e-7, || format!("frame about {normal:?}"));
+                let judge = |error: &f64| {
+                    within(
+                        error.abs(),
+                        bound_in::<R>(4e-7).max(8.0 * f64::ROUNDOFF),
+                        || format!("frame about {normal:?}"),
+                    )
+                };
                 errors
                     .as_flattened()
                     .iter()
