@@ -270,7 +270,7 @@ pub(super) fn cases<R: Real>() -> Vec<Case<R>> {
         // Rays from inside closed meshes of every size from 1e-12 to 1e12.
         ("T06", |trial| {
             let globes = (-12..=12).map(|k| Globe::new(3, 10_f64.powi(k), DVec3::ZERO));
-            judge_globes(trial, (226, 400_000), &globes.collect::<Vec<_>>(), &vec![]);
+            judge_globes(trial, (226, 200_000), &globes.collect::<Vec<_>>(), &vec![]);
         }),
         // Rays inside closed meshes far from the origin, and rays towards a distant flat ground of
         // square cells.

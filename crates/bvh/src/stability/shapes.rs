@@ -239,7 +239,7 @@ pub(super) fn cases<R: Real>() -> Vec<Case<R>> {
                 let side = DVec3::new(whole(8.0), 1.0, 0.0);
                 let corners = [(); 3].map(|()| [whole(9.0), whole(20.0)]);
                 let crossing = whole(15.0);
-                let tilt = DVec3::Z.cross(side) * rng.choose(&[1e-9, 1e-11, 1e-13, 1e-15]);
+                let tilt = DVec3::Z.cross(side) * rng.choose(&[1e-9, 1e-12, 1e-15, 1e-17]);
                 let origin = DVec3::Z * -600.0 - tilt * (600.0 + crossing);
                 let ray =
                     create_unnormalised_ray(round_to_f32(origin), DVec3::Z + round_to_f32(tilt));

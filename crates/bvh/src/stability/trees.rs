@@ -170,7 +170,7 @@ pub(super) fn cases<R: Real>() -> Vec<Case<R>> {
         ("T20", |trial| {
             let scene = |scene| draw_scene(250, scene, 5 + scene % 40);
             trial.build_scenes((0..200).map(scene).collect());
-            judge_random_rays(trial, (251, 800_000), |rng, _| {
+            judge_random_rays(trial, (251, 500_000), |rng, _| {
                 let range = [R::INFINITY, R::from_f64(rng.next_uniform(0.1, 10.0))];
                 (6.0, rng.choose(&range))
             });

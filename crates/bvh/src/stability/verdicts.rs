@@ -273,7 +273,7 @@ impl CaseOutcome {
 
 /// Judges the rays of a case in parallel. The case has `count` rays, of which `rays` selects all or
 /// a part. The function `f` returns the verdict about the ray with an index.
-pub(super) fn judge_indices(
+pub fn judge_indices(
     case: &str,
     count: u32,
     rays: RayCount,
@@ -288,15 +288,4 @@ pub(super) fn judge_indices(
         shot: shot.into(),
         ..outcomes.reduce(CaseOutcome::default, CaseOutcome::merge)
     }
-}
-
-/// Judges the rays of a case in parallel, each by its own random numbers.
-pub fn judge_rays(
-    case: &str,
-    seed: u64,
-    count: u32,
-    rays: RayCount,
-    f: impl Fn(&mut CaseRng) -> Verdict + Sync,
-) -> CaseOutcome {
-    judge_indices(case, count, rays, |index| f(&mut CaseRng::new(seed, index)))
 }

@@ -30,7 +30,9 @@ pub fn judge(
     count: u32,
     f: impl Fn(&mut CaseRng) -> Verdict + Sync,
 ) -> CaseOutcome {
-    verdicts::judge_rays(case, seed, count, rays(), f)
+    verdicts::judge_indices(case, count, rays(), |index| {
+        f(&mut CaseRng::new(seed, index))
+    })
 }
 
 /// Formats the bit patterns of the ray's numbers as f32, for a message.

@@ -141,23 +141,13 @@ pub fn time_case_formulas(number: &str) -> Option<CaseCost> {
         };
     }
     Some(match number {
-        "P01" => time!("intersection of a sphere", |s| s.textbook(), s.intersect()),
+        "P01" | "P13" | "P15" | "P17" | "P21" => {
+            time!("intersection of the shape", |s| s.textbook(), s.intersect())
+        }
         "P02" => time!(
             "intersection of a sphere, and the surface at its hit",
             |s| s.textbook().map(|t| s.ray.at(t).normalize()),
             s.surface()
-        ),
-        "P13" => time!("intersection of a cone", |s| s.textbook(), s.intersect()),
-        "P15" => time!(
-            "intersection of an ellipsoid",
-            |s| s.textbook(),
-            s.intersect()
-        ),
-        "P17" => time!("intersection of a torus", |s| s.textbook(), s.intersect()),
-        "P21" => time!(
-            "intersection of a triangle",
-            |s| s.textbook(),
-            s.intersect()
         ),
         "S09" => time!(
             "a shading frame about a normal",
