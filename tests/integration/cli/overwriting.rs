@@ -134,6 +134,30 @@ fn inputs_are_never_replaced() {
     );
 }
 
+/// Protects: a checkpoint replaces films alone, in `render` and `merge`.
+#[test]
+fn checkpoints_replace_films_alone() {
+    let sandbox = sandbox();
+    let render = [&["render", "leaf.obj", "-o", "own.png"], &SMALL[..]].concat();
+    for name in ["spare.png", "b.mtl"] {
+        let before = everything(&sandbox);
+        sandbox
+            .run(&[&render[..], &["--checkpoint", name]].concat())
+            .exits_with(2)
+            .prints_like("this file exists and is no film");
+        assert!(everything(&sandbox) == before, "{name}");
+    }
+    for _ in 0..2 {
+        sandbox
+            .run(&[&render[..], &["--checkpoint", "a.film"]].concat())
+            .exits_with(0);
+    }
+    sandbox
+        .run(&["merge", "a.film", "--checkpoint", "spare.png"])
+        .exits_with(2)
+        .prints_like("this file exists and is no film");
+}
+
 /// Protects: the difference picture replaces neither input of a comparison.
 #[test]
 fn compared_pictures_are_never_replaced() {

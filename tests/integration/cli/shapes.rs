@@ -252,6 +252,27 @@ fn sections_are_capped() {
         ])
         .exits_with(0)
         .prints_like("not closed");
+    // With its cap, what is left is closed, also of a block far from the origin.
+    for (at, place) in [(0.0, "y=0.25"), (5e6, "y=5000000.25"), (5e6, "y=25%")] {
+        let moved = BLOCK.lines().map(|line| match line.strip_prefix("v ") {
+            Some(place) => {
+                let place: Vec<f64> = place.split(' ').filter_map(|x| x.parse().ok()).collect();
+                format!("v {} {} {}\n", place[0] + at, place[1] + at, place[2] + at)
+            }
+            None => format!("{line}\n"),
+        });
+        sandbox.write("moved.obj", moved.collect::<String>());
+        let info = sandbox.run(&["info", "moved.obj", "--section", place]);
+        info.exits_with(0);
+        assert!(
+            info.text().contains("yes; size 1 x 0.25 x 1, volume 0.25"),
+            "{}",
+            info.text()
+        );
+        let far =
+            "5000000.000, 5000000.000, 5000000.000  to  5000001.000, 5000000.250, 5000001.000";
+        assert!(at == 0.0 || info.text().contains(far), "{}", info.text());
+    }
     sandbox
         .run(&["render", "b.obj", "--section", "w=1"])
         .exits_with(2)

@@ -86,6 +86,53 @@ fn solids_are_measured() {
     assert_eq!(SolidSummary::from_scene(&scene(&json!({}))), None);
 }
 
+/// Protects: a flipped triangle takes nothing from the volume of its body and is counted, wherever the
+/// body stands; the volume of an open body does not depend on its place; meshes that together make
+/// a body, one for each material, are closed.
+#[test]
+fn solids_are_measured_as_a_whole() {
+    let of = |scene: &Scene| {
+        let text = SolidSummary::from_scene(scene).expect("a mesh").to_string();
+        let (start, volume) = text.split_once("; size").expect("a size");
+        let volume = volume.rsplit(' ').next().expect("a volume");
+        (start.to_owned(), volume.to_owned())
+    };
+    let change = |at: f64, change: fn(&mut Vec<[u32; 3]>)| {
+        let mut scene = plain(
+            |positions, triangles| {
+                positions.iter_mut().flatten().for_each(|x| *x += at);
+                change(triangles);
+            },
+            "paint",
+            "both",
+        );
+        scene.objects.truncate(1);
+        scene
+    };
+    for at in [0.0, 40.0] {
+        for flip in [(|all| all[3].swap(0, 1)) as fn(&mut Vec<[u32; 3]>), |all| {
+            all[11].swap(1, 2)
+        }] {
+            let flipped = of(&change(at, flip));
+            assert_eq!(
+                flipped,
+                ("yes, 1 triangle flipped".to_owned(), "4.096".to_owned())
+            );
+        }
+        let open = |all: &mut Vec<[u32; 3]>| drop(all.drain(0..2));
+        assert_eq!(of(&change(at, open)), of(&change(0.0, open)));
+        // One body of two meshes.
+        let mut body = change(at, |all| drop(all.drain(..5)));
+        let mut other = change(at, |all| all.truncate(5));
+        other.meshes[0].name = "rest".to_owned();
+        other.objects[0].shape = raywright_core::scene::Shape::Mesh("rest".to_owned());
+        assert_ne!(of(&body).0, "yes");
+        body.meshes.append(&mut other.meshes);
+        body.objects.append(&mut other.objects);
+        assert_eq!(of(&body), ("yes".to_owned(), "4.096".to_owned()), "{at}");
+    }
+}
+
 /// Protects: degenerate and repeated triangles are found. The degenerate one is named
 /// with its position.
 #[test]
