@@ -26,7 +26,9 @@ def flags(rungs):
 
 def joined(own, setting):
     chosen = {rung.split('=')[0] for rung in setting}
-    return [rung for rung in own if rung.split('=')[0] not in chosen] + setting
+    all = [rung for rung in own if rung.split('=')[0] not in chosen] + setting
+    # Too few samples are not denoised.
+    return [rung for rung in all if rung != '--rung reconstruction=denoised' or not {'--rung samples=1', '--rung samples=4'} & set(all)]
 
 def measured(a, spec, budget):
     """The scene's name in files, its flags, the rungs in use, and the report, measured now unless it is kept."""
@@ -90,7 +92,7 @@ def judged(report, advice, true):
         if advice[what] not in true: continue
         row = report['settings'][advice[what]]
         error, light, seconds = true[advice[what]]
-        best = min(of[2] for of in true.values() if of[0] <= max(most * own_error, error) and abs(of[1] - own_light) < .005)
+        best = min([seconds] + [of[2] for of in true.values() if of[0] <= max(most * own_error, error) and abs(of[1] - own_light) < .005])
         told = row['ratio']['value']
         is_right = error <= most * own_error and abs(seconds / own_seconds / told - 1) < .15
         yield what, is_right, f"{error / own_error:.2f} of the error, {seconds / own_seconds:.2f} x the time ({told:.2f} told), light {light - own_light:+.2%}, {seconds / best:.2f} of the fastest"

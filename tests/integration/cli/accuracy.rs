@@ -182,7 +182,7 @@ fn the_page_stands_alone() {
         "accuracy",
         "a&b<c.scene.toml",
         "--size",
-        "96x72",
+        "192x144",
         "--budget",
         "10min",
         "--rounds",

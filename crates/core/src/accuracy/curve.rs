@@ -15,6 +15,10 @@ use crate::settings::default_replicates;
 /// (`benches/runs/2026-12-01-advice.md`).
 const EXPONENT: f64 = 1.05;
 const EXPONENT_ERROR: f64 = 0.12;
+/// Variance of the logarithm of an error that a single pixel carries, from seed to seed. Of n squares
+/// of normal numbers it is 0.5/n; errors of pixels have longer tails: twice that held
+/// (`benches/runs/2026-12-01-claims.md`).
+const TAIL: f64 = 1.0;
 /// Claim of a whole picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Claim {
@@ -72,7 +76,7 @@ impl Claim {
                 value,
                 low,
                 high,
-                carriers: 1.0 / ((1.0 + 1.0 / count) * of_carriers.max(between)),
+                carriers: 1.0 / ((1.0 + 1.0 / count) * of_carriers.max(between / TAIL)),
             },
             ..*first
         })
@@ -93,9 +97,7 @@ impl Claim {
     }
 
     /// Returns the squared error of a picture with another seed. The fewer pixels carry the error, the
-    /// more does it differ from the claimed one: a sum of n squares of normal numbers has a relative
-    /// variance of 2/n. Errors of pixels have longer tails: twice that held
-    /// (`benches/runs/2026-12-01-claims.md`).
+    /// more does it differ from the claimed one.
     /// A picture that is not converged may lack light, so that its error has no upper end.
     pub fn square(&self) -> ConfidenceInterval {
         let ErrorEstimate {
@@ -108,7 +110,7 @@ impl Claim {
             return ConfidenceInterval::from_exact(0.0);
         }
         let claim = ConfidenceInterval { value, low, high };
-        let seed = libm::hypot(RESOLUTION, (1.0 / carriers).sqrt());
+        let seed = libm::hypot(RESOLUTION, (TAIL / carriers).sqrt());
         let sigma = libm::hypot(claim.logarithmic_error(), seed);
         let claim = match self.doubt {
             Some(EstimateDoubt::NearlyBlack) => ConfidenceInterval::UNKNOWN,

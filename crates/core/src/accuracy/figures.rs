@@ -155,10 +155,18 @@ impl<'s> Figures<'s> {
         let mut denoised = self.denoised_trials(setting).filter(|_| is_denoised);
         let change = denoised.next().map(|denoised| 1.0 + denoised.light_change);
         let is_baseline = self.study.space.general_baseline().as_ref() == Some(&tile);
+        // Rare bright samples that make the error in use unknown are in differences to it, too.
+        let own = RungSetting::default();
+        let is_told = is_baseline || self.study.space.is_fixed(&own) || {
+            let own = self.noise(&own)?;
+            own.map(f64::sqrt).is_known()
+        };
+        let root_relmse = match is_told {
+            true => self.square(setting, self.noise(setting)?, 1.0)?,
+            false => ConfidenceInterval::UNKNOWN,
+        };
         Some(SettingErrors {
-            root_relmse: self
-                .square(setting, self.noise(setting)?, 1.0)?
-                .map(f64::sqrt),
+            root_relmse: root_relmse.map(f64::sqrt),
             bias: self.bias(&tile).map(|bias| bias.map(f64::sqrt)),
             light: match change {
                 Some(change) if is_baseline => ConfidenceInterval::from_exact(change),
@@ -335,7 +343,7 @@ impl<'s> Figures<'s> {
             && !space.is_fixed(setting)
             && !space.is_fixed(&own);
         let paired = || {
-            let own_noise = self.noise(&own)?;
+            let own_noise = self.noise(&own).filter(|of| of.map(f64::sqrt).is_known())?;
             let one = ConfidenceInterval::from_exact(1.0);
             let noise = match count == own_count {
                 true => one,
