@@ -46,7 +46,8 @@ impl AccuracyPage<'_> {
         ReportSection {
             title: "Worth their time".to_owned(),
             explanation: format!(
-                "For each setting in this table, no other measured setting is both faster and more accurate. The first row whose \
+                "Settings that keep the scene's light and have little bias, and of which no other is both faster and more accurate by more than 3 %. \
+                 Settings with more bias, or of unknown error, are in the next table alone. The first row whose \
                  error is small enough is the fastest setting for that error; the last row within a time is the most accurate setting for that time. The flags \
                  are appended to `{}`",
                 self.own_command
@@ -85,7 +86,8 @@ impl AccuracyPage<'_> {
             title: "Rungs, changed one at a time".to_owned(),
             explanation: "A rung is a quality level of a setting; the setting is a ladder. Times are CPU times, summed over all threads, at the scene's \
                  own picture size. Error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01) for the picture I and the reference R. Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. \
-                 <: indistinguishable from zero; the number is the upper end of the interval. Not known: the ends of the interval differ by more than a factor of 3."
+                 <: indistinguishable from zero; the number is the upper end of the interval. Not known: the ends of the interval differ by more than a factor of 3. \
+                 An empty cell of bias or light: unknown, or indistinguishable from zero."
                 .to_owned(),
             table: setting_table("rung", rows),
             notes: self.list_other_rungs(),
@@ -128,7 +130,7 @@ impl AccuracyPage<'_> {
             .map(|(words, names)| format!("{words}: {names}."))
             .chain(report.sufficient_budget.map(|seconds| {
                 let budget = format_budget(seconds);
-                format!("What is not known, `--budget {budget}` would probably make known.")
+                format!("A longer measurement, `--budget {budget}`, would probably make the unknown errors known.")
             }))
             .collect()
     }

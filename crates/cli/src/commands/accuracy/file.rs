@@ -138,7 +138,7 @@ fn describe_conditions(
             "{machine}{threads}; times are {clock} without preparation; intervals have 95 % confidence"
         ),
         format!(
-            "reference picture: double precision (f64), the most exact rung of every ladder that is fast enough, {} samples a pixel; its own error {}",
+            "reference picture, for bias and light: double precision (f64), the most exact rung of every ladder that is fast enough, {} samples a pixel; its own error {} is noise, which is subtracted",
             reference.samples,
             format_significant_digits(reference.error, 2),
         ),

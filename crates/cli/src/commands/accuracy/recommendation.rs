@@ -136,7 +136,7 @@ pub fn format_recommendation(report: &AccuracyReport, command: &RenderCommand) -
     }
     if let Some(seconds) = report.sufficient_budget {
         text += &format!(
-            " What is not known, `--budget {}` would probably make known.",
+            " A longer measurement, `--budget {}`, would probably make the unknown errors known.",
             format_budget(seconds)
         );
     }
@@ -276,7 +276,7 @@ mod tests {
         assert_eq!(
             format_recommendation(&report, &command),
             "Setting in use: error not known (too few samples found light), 25.0 s ±10 % of CPU time. No setting is known to have half the error. No setting is known to have the same error in clearly less time. \
-             What is not known, `--budget 2min` would probably make known."
+             A longer measurement, `--budget 2min`, would probably make the unknown errors known."
         );
         report.settings[0].errors.root_relmse.low = 0.0;
         assert_eq!(
