@@ -136,10 +136,10 @@ impl OutputFiles {
     }
 
     /// Adds the film file of `--checkpoint` as [`OutputFiles::add_output`] does. Refuses an existing
-    /// file that is no film.
+    /// file that is a film neither by its name nor by its content.
     pub fn add_checkpoint(&mut self, path: &Path) -> Result<(), Failure> {
         Failure::refuse_if(
-            path.is_file() && !is_film(path),
+            path.is_file() && path.extension() != Some("film".as_ref()) && !is_film(path),
             format_args!(
                 "{}: this file exists and is no film, which alone --checkpoint replaces",
                 path.display()

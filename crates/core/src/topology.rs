@@ -6,6 +6,7 @@ mod stray;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
@@ -106,20 +107,19 @@ impl SolidSummary {
         }
         for (place, meshes) in bodies {
             let is_open = |mesh: &usize| topologies[mesh].open_edges.count > 0;
+            let mesh_data = |mesh: &usize| lookup.mesh_data(&scene.meshes[*mesh].name);
+            let has_cap = meshes.iter().filter_map(mesh_data).any(|data| data.is_cap);
             // A body of several materials has a mesh for each.
-            let whole = (meshes.len() > 1 && meshes.iter().any(is_open)).then(|| {
-                let data = |mesh: &usize| {
-                    lookup
-                        .mesh_data(&scene.meshes[*mesh].name)
-                        .map(AsRef::as_ref)
-                };
-                Topology::from_mesh(&join_meshes(meshes.iter().filter_map(data)))
-            });
+            let whole = (meshes.len() > 1 && meshes.iter().any(is_open))
+                .then(|| Topology::from_mesh(&join_meshes(meshes.iter().filter_map(mesh_data))));
             let parts = meshes.iter().map(|mesh| &topologies[mesh]);
             for topology in whole.as_ref().map_or(parts.collect(), |whole| vec![whole]) {
                 let volume: f64 = topology.components.iter().map(|part| part.volume).sum();
-                found.open_edges += topology.open_edges.count;
-                found.places += topology.open_places;
+                // Edges of a cap end at other places than those of the cut mesh, along one line.
+                if !(has_cap && topology.has_slits_alone) {
+                    found.open_edges += topology.open_edges.count;
+                    found.places += topology.open_places;
+                }
                 found.flipped_triangles += topology.flipped.count;
                 found.volume += volume * place.matrix3.determinant().abs();
             }
@@ -131,7 +131,7 @@ impl SolidSummary {
 }
 
 /// Joins the triangles of meshes in one space.
-fn join_meshes<'a>(meshes: impl Iterator<Item = &'a MeshData>) -> MeshData {
+fn join_meshes<'a>(meshes: impl Iterator<Item = &'a Arc<MeshData>>) -> MeshData {
     let mut whole = MeshData::default();
     for data in meshes {
         if whole.positions.is_empty() {
@@ -243,6 +243,8 @@ pub(crate) struct Topology {
     pub open_edges: CountAndFirst<HalfEdge>,
     /// Number of connected groups of open edges.
     open_places: u64,
+    /// Whether no group of open edges bounds an area.
+    has_slits_alone: bool,
     /// Greatest separation of the corners of a seam, if merging nearly coincident corners closes
     /// all open edges.
     pub seam: Option<f64>,
@@ -300,7 +302,9 @@ impl Topology {
         if topology.seam.is_none() && FEW * open.len() <= topology.edges as usize {
             topology.holes = triangular_holes(&open).unwrap_or_default();
         }
-        topology.open_places = count_places(&open);
+        let areas = open_areas(data, &open);
+        topology.open_places = areas.len() as u64;
+        topology.has_slits_alone = areas.into_iter().all(|[area, of]| area <= NEAR * of);
         topology.open_edges = open.into_iter().collect();
         topology.find_components(data, &kept, &mut sheets);
         for triangle in irregular {
@@ -553,17 +557,34 @@ fn sorted_sides(indices: &[[u32; 3]], corners: &[u32], kept: &[bool]) -> Vec<(u6
     sides
 }
 
-/// Returns the number of connected groups of open edges.
-fn count_places(open: &[HalfEdge]) -> u64 {
+/// Returns for each connected group of open edges the length of its area vector, and the square of
+/// the length of its edges. The vector is zero for edges along one line.
+fn open_areas(data: &MeshData, open: &[HalfEdge]) -> Vec<[f64; 2]> {
     let mut first: HashMap<u32, u32> = HashMap::new();
-    let (mut places, mut sheets) = (open.len() as u64, Sheets::new(&vec![true; open.len()]));
+    let mut sheets = Sheets::new(&vec![true; open.len()]);
     for (index, edge) in open.iter().enumerate() {
         for corner in edge.ends {
             let other = *first.entry(corner).or_insert(index as u32);
-            places -= u64::from(sheets.join([other, index as u32], false));
+            sheets.join([other, index as u32], false);
         }
     }
-    places
+    let mut sums: BTreeMap<u32, (DVec3, f64)> = BTreeMap::new();
+    for (index, edge) in open.iter().enumerate() {
+        let root = sheets.root(index as u32).0;
+        let start = data
+            .positions
+            .position(open[root as usize].ends[0] as usize);
+        let ends = edge
+            .ends
+            .map(|end| data.positions.position(end as usize) - start);
+        let sum = sums.entry(root).or_default();
+        sum.0 += 0.5 * ends[0].cross(ends[1]);
+        sum.1 += ends[0].distance(ends[1]);
+    }
+    let areas = sums.into_values();
+    areas
+        .map(|(area, length)| [area.length(), length * length])
+        .collect()
 }
 
 /// Returns the holes of open edges, if all have three edges. `None` if there is any other open edge.

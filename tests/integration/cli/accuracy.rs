@@ -60,7 +60,7 @@ fn every_rung_has_a_row() {
         "of CPU time",
         "measured at the size of the render, 16x12 pixels: the whole picture",
         "reference picture: double precision (f64)",
-        "its own error",
+        "subtracted",
         "precision (in use: robust)",
         "  reference ",
         "samples (in use: 4)",
@@ -144,7 +144,8 @@ fn files_hold_the_figures() {
         for figure in ["seconds", "ratio", "error_ratio"] {
             assert!(setting[figure]["known"].is_boolean(), "{setting}");
         }
-        assert!(setting["errors"]["root_relmse"]["value"].is_number());
+        let error = &setting["errors"]["root_relmse"];
+        assert!(error["value"].is_number() || error["known"] == false);
     }
     let named = |of: &str| {
         let precision = settings

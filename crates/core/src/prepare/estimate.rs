@@ -12,6 +12,7 @@ use super::emitter_filter::{EmitterFilter, MaterialEmission};
 use super::emitters::emission_grid_size;
 use super::geometry::ObjectRecord;
 use super::material::{LayeredInputs, PreparedMaterial, count_layered_materials};
+use super::medium::PreparedMedium;
 use super::tangents::{TangentKey, tangent_key};
 use crate::affine::affine_from_steps;
 use crate::effects::{Effect, RenderSetup};
@@ -23,8 +24,8 @@ use crate::lookup::SceneLookup;
 use crate::memory::MemoryUse;
 use crate::motion::{object_transforms_at_ends, scene_with_simulated_motion};
 use crate::scene::{
-    ImageData, Integrator, Material, MeshData, Object, Projection, Scene, Shape, SideRule, Sky,
-    TextureFilter,
+    ImageData, Integrator, Material, MaterialModel, MeshData, Object, Projection, Scene, Shape,
+    SideRule, Sky, TextureFilter,
 };
 use crate::settings::Settings;
 use crate::shape::convert_moved_shape;
@@ -59,7 +60,16 @@ pub(crate) fn estimate_memory<R: Real>(render_setup: &RenderSetup<'_>) -> Memory
     };
     let plan = FilmPlan::new(settings, random, simulated.has(Effect::GroundShadow));
     let times = |count: u64, each: usize| count.saturating_mul(each as u64);
+    let interior = |material: &Material| match &material.model {
+        MaterialModel::Physical(physical) => {
+            physical.interior.as_ref().map(PreparedMedium::most_bytes)
+        }
+        _ => None,
+    };
+    let interiors = scene.materials.iter().filter_map(interior);
+    let air = scene.air.as_ref().map(PreparedMedium::most_bytes);
     let tables = [
+        if paths { interiors.chain(air).sum() } else { 0 },
         times(count_objects(scene), size_of::<ObjectRecord<R>>()),
         times(
             scene.materials.len() as u64,

@@ -9,7 +9,7 @@ use super::inputs::InputCompiler;
 use crate::expr::ExprScope;
 use crate::extent::visit_object_boxes;
 use crate::light::Lights;
-use crate::scene::{Medium, Scene};
+use crate::scene::{Medium, ScalarFactor, Scene};
 use crate::texture::{InputTables, PreparedInput};
 
 /// Greatest coefficient per metre, which stands for infinity and fits an `f32`.
@@ -103,6 +103,21 @@ impl PreparedMedium {
             is_sealed: false,
             cells: None,
         })
+    }
+
+    /// Greatest number of bytes of a medium with its cells.
+    pub(super) fn most_bytes(medium: &Medium) -> u64 {
+        let cells = match medium.density {
+            ScalarFactor::Number(_) => 0,
+            _ => size_of::<[f64; 2]>() * (CELLS * CELLS * CELLS) as usize,
+        };
+        (size_of::<Self>() + cells) as u64
+    }
+
+    /// Bytes of the cells.
+    pub(super) fn cell_bytes(&self) -> usize {
+        let cells = self.cells.as_ref();
+        cells.map_or(0, |cells| size_of_val(cells.bounds.as_slice()))
     }
 
     /// Bounds the density, if it varies, in the cells of a box around the medium.
