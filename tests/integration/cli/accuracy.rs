@@ -59,7 +59,7 @@ fn every_rung_has_a_row() {
         "ball.scene.toml\nSetting in use: error ",
         "of CPU time",
         "measured at the size of the render, 16x12 pixels: the whole picture",
-        "reference picture: double precision (f64)",
+        "double precision (f64)",
         "subtracted",
         "precision (in use: robust)",
         "  reference ",

@@ -302,7 +302,7 @@ fn another_picture_is_not_gone_on_from() {
         "--spp 4 --resume a.film --checkpoint room.scene.toml",
     )
     .exits_with(2)
-    .prints_like("cannot write room.scene.toml");
+    .prints_like("room.scene.toml: this file exists and is no film");
 }
 
 /// Protects: a film that is truncated, changed in any byte or invented gives a message without
