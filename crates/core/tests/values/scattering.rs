@@ -3,9 +3,10 @@
 
 use core::f64::consts::{PI, TAU};
 
+use glam::DVec3;
 use raywright_core::Settings;
 use raywright_core::scene::Scene;
-use raywright_core::settings::{Aov, PrecisionChoice, Sampling};
+use raywright_core::settings::{Aov, LightSampling, PrecisionChoice, Sampling};
 use serde_json::{Value, json};
 
 use crate::paths::{expect_pixels, lamp, mean_radiance, paths};
@@ -342,6 +343,31 @@ fn half_spaces_reflect_by_h_functions() {
     }
 }
 
+/// Protects: a thick medium shows its `colour`, however it scatters: within five per cent along one
+/// ray, where the colour is the mean over all. A wrong effect of the anisotropy is tens of per cent.
+#[test]
+fn a_thick_medium_shows_its_colour() {
+    let colour = [0.2, 0.5, 0.8];
+    for anisotropy in [0.0, 0.7, -0.5] {
+        let medium = json!({ "colour": colour, "distance": 0.1, "anisotropy": anisotropy });
+        let found = scene(
+            json!({ "sky": { "constant": 1 }, "materials": [body("milk", medium, open())],
+            "objects": [{ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "milk" }] }),
+        );
+        let settings = Settings {
+            size: [24; 2],
+            ..endless(&found, [[0.8, 0.6, 1e-3], [0.0; 3]])
+        };
+        expect_mean(
+            &found,
+            &settings,
+            colour,
+            0.05,
+            &format!("g = {anisotropy}"),
+        );
+    }
+}
+
 /// Protects: light that crosses a scattering slab unscattered follows Beer's law in each channel,
 /// and slabs that only absorb do so exactly, nested ones too.
 #[test]
@@ -379,6 +405,29 @@ fn unscattered_light_follows_beers_law() {
         left([0.35 + 0.9, 0.7 + 0.3, 1.4]),
         "nested",
     );
+}
+
+/// Protects: fog attenuates from the eye or from its edge on, also where rays of a far camera start
+/// near the scene.
+#[test]
+fn fog_before_a_far_camera() {
+    for far in [50.0_f64, 1e5] {
+        for radius in [2.0 * far, 0.25 * far] {
+            let metres = radius.min(far) - 2.0;
+            let rate = 1.0 / metres;
+            let air =
+                json!({ "scattering": 0.5 * rate, "absorption": 0.5 * rate, "radius": radius });
+            let found = scene(
+                json!({ "air": air, "materials": [lamp(3.0)], "objects": [ball([0.0; 3], 2.0, "lamp")] }),
+            );
+            let settings = Settings {
+                max_depth: 1,
+                ..endless(&found, [[far, 0.0, 0.0], [0.0; 3]])
+            };
+            let label = format!("from {far} m, {metres} m of fog");
+            expect_mean(&found, &settings, [3.0 * (-1.0_f64).exp(); 3], 2e-3, &label);
+        }
+    }
 }
 
 /// Protects: the light that thin air scatters from a lamp into a ray, against the airlight integral
@@ -426,7 +475,7 @@ fn shafts_and_cones_in_air_by_formula() {
     // Thickness along x, and up from the ray to the spot.
     let ahead = |x: f64| 0.5 * reach + x + 0.25 * ((-reach).cos() - (2.0 * x).cos());
     let sun = json!({ "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": 50 });
-    let spot = json!({ "kind": { "spot": { "position": [0.5, 1.5, 0], "direction": [-0.2, -1, 0], "inner_angle": 0, "outer_angle": 25 } }, "colour": 500 });
+    let spot = json!({ "kind": { "spot": { "position": [1.7, 1.5, 0], "direction": [-0.2, -1, 0], "inner_angle": 0, "outer_angle": 25 } }, "colour": 500 });
     let box_of = |min: f64, max: f64| json!({ "shape": { "box": { "min": [min, -1, -1], "max": [max, 1, 1] } }, "material": "wall" });
     for light in [sun, spot] {
         let is_sun = light["colour"] == 50;
@@ -450,7 +499,7 @@ fn shafts_and_cones_in_air_by_formula() {
                 // To the edge of the air.
                 ([0.0, 1.0], (16.0 - x * x).sqrt(), 50.0)
             } else {
-                let [dx, dy] = [0.5 - x, 1.5];
+                let [dx, dy] = [1.7 - x, 1.5];
                 let r = dx.hypot(dy);
                 let cos = (0.2 * dx + dy) / (r * 0.2_f64.hypot(1.0));
                 let outer = 25_f64.to_radians().cos();
@@ -564,6 +613,120 @@ fn densities_by_formula() {
         };
         expect_mean(&found, &settings, [(-depth).exp(); 3], 1e-3, "height");
         assert_eq!(render_scene(&found, &settings).counters.excess.count, 0);
+    }
+}
+
+/// Protects: a density that varies within a body lets pass what quadrature says, whether the body
+/// absorbs or scatters, along rays straight and oblique to the cells of its bounds; and a body whose
+/// density the bounds know exactly.
+#[test]
+fn densities_within_bodies_have_their_transmittance() {
+    const STEPS: u32 = 20_000;
+    let bumps = |p: DVec3| {
+        (-4.0 * p.dot(p)).exp() * (1.0 + 0.6 * (7.0 * p.x).sin() * (6.0 * p.y + 1.0).cos())
+    };
+    let steps = |p: DVec3| if p.x > 0.25 { 0.9 } else { 0.1 };
+    let formulas: [(&str, &dyn Fn(DVec3) -> f64); 2] = [
+        (
+            "exp(-4*dot(p, p))*(1 + 0.6*sin(7*p.x)*cos(6*p.y + 1))",
+            &bumps,
+        ),
+        ("p.x > 0.25 ? 0.9 : 0.1", &steps),
+    ];
+    let (min, max) = (DVec3::new(-1.0, -0.8, -1.2), DVec3::new(1.0, 0.9, 1.0));
+    for ((formula, density), [absorption, scattering], eye) in
+        formulas.into_iter().flat_map(|formula| {
+            [
+                ([1.2, 0.0], [0.2, 0.1, 3.0]),
+                ([0.4, 0.8], [0.2, 0.1, 3.0]),
+                ([0.4, 0.8], [3.0, 2.0, 1.0]),
+            ]
+            .map(|(rates, eye)| (formula, rates, eye))
+        })
+    {
+        let medium = json!({ "absorption": absorption, "scattering": scattering, "density": formula, "max_density": 1.6 });
+        let cloud = json!({ "shape": { "box": { "min": min.to_array(), "max": max.to_array() } }, "material": "cloud" });
+        let found = scene(
+            json!({ "sky": { "constant": 1 }, "materials": [body("cloud", medium, open())], "objects": [cloud] }),
+        );
+        let view: EyeAndTarget = [eye, [0.15, -0.1, 0.0]];
+        let [from, to] = view.map(DVec3::from);
+        let step = 3.0 * (to - from) / f64::from(STEPS);
+        let depth: f64 = (0..STEPS)
+            .map(|i| from + step * (f64::from(i) + 0.5))
+            .filter(|p| p.cmpge(min).all() && p.cmple(max).all())
+            .map(|p| 1.2 * density(p) * step.length())
+            .sum();
+        let settings = Settings {
+            max_depth: 1,
+            ..endless(&found, view)
+        };
+        let label = format!("{formula}, {absorption}, from {eye:?}");
+        expect_mean(&found, &settings, [(-depth).exp(); 3], 1e-3, &label);
+    }
+}
+
+/// Protects: light samples of points in media, and paths that find light by chance, count each light
+/// once: an even sky, a bright one and a lamp, around a cloud, in it, beside a body with a surface
+/// (also one with holes) and inside of it.
+#[test]
+fn light_samples_in_media_agree_with_chance() {
+    let bright = json!({ "gradient": { "bottom": 0.2, "top": 0.5, "suns": [{ "direction": [0.3, 1, 0.2], "colour": 3, "weight": 1, "exponent": 8 }] } });
+    for (label, terms, centre, sky) in [
+        (
+            "beside a cloud",
+            open(),
+            [0.0, 1.5, 0.0],
+            json!({ "constant": 0.4 }),
+        ),
+        ("in a cloud", open(), [0.1, 0.2, 0.0], bright.clone()),
+        (
+            "beside a body",
+            json!({ "ior": 1.2 }),
+            [0.0, 1.7, 0.0],
+            bright,
+        ),
+        (
+            "inside of a body",
+            json!({ "ior": 1.2 }),
+            [0.1, 0.2, 0.0],
+            json!({ "constant": 0.4 }),
+        ),
+        (
+            "beside a body with holes",
+            json!({ "ior": 1.2, "opacity": 0.5, "alpha": "blend" }),
+            [0.0, 1.5, 0.0],
+            json!({ "constant": 0.4 }),
+        ),
+    ] {
+        let medium = json!({ "scattering": [2, 3, 1], "absorption": 0.3, "anisotropy": 0.5 });
+        let found = scene(
+            json!({ "sky": sky, "materials": [body("body", medium, terms), lamp(6.0)],
+            "objects": [ball([0.0; 3], 1.0, "body"), ball(centre, 0.4, "lamp")] }),
+        );
+        let each = [
+            LightSampling::Both,
+            LightSampling::Lights,
+            LightSampling::Scattering,
+        ]
+        .map(|light_sampling| {
+            let settings = Settings {
+                light_sampling,
+                size: [28; 2],
+                ..endless(&found, [[0.3, 0.5, 3.0], [0.6, -0.3, 0.0]])
+            };
+            mean_radiance(&found, &settings)
+        });
+        let (both, error) = each[0];
+        for (other, second) in &each[1..] {
+            for k in 0..3 {
+                let most = ERRORS * error[k].hypot(second[k]);
+                assert!(
+                    (both[k] - other[k]).abs() <= most && error[k] < 0.015 * both[k],
+                    "{label}: {each:?}"
+                );
+            }
+        }
     }
 }
 

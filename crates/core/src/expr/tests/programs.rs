@@ -7,7 +7,10 @@ use raywright_bvh::scalar::Real;
 use super::{hit, names};
 use crate::expr::program::MAX_OPERATIONS;
 use crate::expr::run::{integer_power, underflow_limit_of_power};
-use crate::expr::{Constant, ExprScope, ProgramTable, Variable, compile, compile_number};
+use crate::expr::{
+    Constant, ExprScope, ProgramTable, Variable, VariableValues, compile, compile_number,
+};
+use crate::hash::splitmix64;
 
 /// Protects: every variable reads its own input, and exists only in its scopes.
 #[test]
@@ -181,4 +184,68 @@ fn powers_vanish_where_their_squares_do() {
             && underflow_limit_of_power(1) as f32 == 0.0,
         "a limit that never holds is of no use"
     );
+}
+
+/// Protects: bounds over a box hold the values at its points, for every operation of positions, in
+/// boxes of any size; and they are the values' own range where each operation rises or falls.
+#[test]
+fn bounds_hold_every_value_in_a_box() {
+    let mut state = 1;
+    let mut number = || {
+        state = splitmix64(state);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    for source in [
+        "exp(-4*dot(p, p))*(1 + 0.6*sin(7*p.x)*cos(6*p.y + 1)*sin(5*p.z + 2))",
+        "max(0, noise(3*p) + 0.2)*exp(-p.y)",
+        "fbm(p, 4) + turbulence(p, 3) + noise2(p.x, p.z) + fbm2(p.x, p.y, 2) + turbulence2(p.x, p.y, 2)",
+        "length(p - [0.3, 0.2, 0.1]) < 0.6 ? 1 - p.y^2 : abs(p.z)^3",
+        "smoothstep(0.1, 0.9, p.x)*mix(p.y, 2, p.z) + smoothstep(p.x, 1, p.y)",
+        "floor(4*p.x) + ceil(p.y) + round(3*p.z) + fract(5*p.x) + sign(p.y) + step(0.2, p.z)",
+        "checker(3*p.x, p.y) + (p.x > 0 && p.y < 0.2 || !p.z) + (p.x == p.y) + (p.x != 0)",
+        "p.x/(2 + p.y) + 1/p.z + (p.x + 3)^p.y + (p % 0.4).x",
+        "sqrt(p.x + 1.5) + ln(p.y + 2) + asin(0.9*p.x) + acos(p.z) + atan(p.y) + atan2(p.x, p.y) + tan(p.z)",
+        "dot(normalize(p), cross(p, [1, 2, 3])) + length(p/2) + dot(p*[1, -2, 3], min(p, [p.z, p.x, p.y]) - max(p, 0.1))",
+        "dot(p.x > 0.5 ? p : -p, mix(p, [1, 1, 1], 0.3)/(p + 4)) + 3^p.x + (-p.x)^2*p.y",
+    ] {
+        let program = compile_number(source, &names(), ExprScope::Medium)
+            .unwrap_or_else(|e| panic!("{source}: {e}"));
+        let programs = ProgramTable::<f64>::from_program(&program);
+        for _ in 0..2000 {
+            let least = DVec3::new(number(), number(), number()) * 2.0 - 1.0;
+            let side = DVec3::new(number(), number(), number())
+                * [2.0, 0.2, 0.01, 0.0][(number() * 4.0) as usize];
+            let [low, high] = programs.bounds(0, [least, least + side]);
+            for _ in 0..8 {
+                let p = least + side * DVec3::new(number(), number(), number());
+                let inputs = VariableValues {
+                    p,
+                    ..VariableValues::default()
+                };
+                let value = programs.eval_scalar(0, &inputs);
+                let slack = 1e-12 * (1.0 + value.abs());
+                assert!(
+                    value.is_nan() || low <= value + slack && value - slack <= high,
+                    "{source}: {value} at {p} outside of {low} to {high}, box {least} and {side}"
+                );
+            }
+        }
+    }
+    for (source, expected) in [
+        (
+            "exp(-p.y) + 2*p.x",
+            [libm::exp(-1.0) - 2.0, libm::exp(1.0) + 2.0],
+        ),
+        ("dot(p, p)", [0.0, 3.0]),
+        ("p.x > 2 ? 5 : abs(p.z)", [0.0, 1.0]),
+        ("length(p + 3)", [libm::sqrt(12.0), libm::sqrt(48.0)]),
+        ("sin(0.1*p.x)", [-0.1, 0.1]),
+        ("1/p.x", [f64::NEG_INFINITY, f64::INFINITY]),
+    ] {
+        let program = compile_number(source, &names(), ExprScope::Medium).expect("compiles");
+        let found =
+            ProgramTable::<f64>::from_program(&program).bounds(0, [DVec3::NEG_ONE, DVec3::ONE]);
+        let is_same = |k: usize| found[k] == expected[k] || (found[k] - expected[k]).abs() < 1e-12;
+        assert!(is_same(0) && is_same(1), "{source}: {found:?}");
+    }
 }
