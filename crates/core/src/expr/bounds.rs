@@ -86,7 +86,7 @@ fn bound_operation(operation: Operation, operands: [RowBounds; 4], is_square: bo
         Tan | Modulo | Cross => UNKNOWN,
         Divide | DivideByNumber if spans_zero(b, 0) => UNKNOWN,
         DivideVectors if (0..3).any(|k| spans_zero(b, k)) => UNKNOWN,
-        Power if !(a[0][0] > 0.0) => UNKNOWN,
+        Power if a[0][0].is_nan() || a[0][0] <= 0.0 => UNKNOWN,
         Abs | WholePower(_) if spans_zero(a, 0) => {
             let [least, greatest] = bound_at_ends(operation, operands);
             [least.map(|x| x.min(0.0)), greatest]

@@ -1,5 +1,7 @@
 //! Prepared media: coefficients for tracking, compiled densities, and the ball of air.
 
+use core::cmp::Ordering;
+
 use glam::{DVec3, I64Vec3};
 use raywright_bvh::{Aabb, Real};
 
@@ -179,7 +181,8 @@ impl PreparedMedium {
             ends = DVec3::select(is_crossed, (ahead - start) * across, DVec3::INFINITY);
         }
         core::iter::from_fn(move || {
-            if !(t < to) {
+            // A segment of unknown length has none either.
+            if t.partial_cmp(&to) != Some(Ordering::Less) {
                 return None;
             }
             let Some(DensityCells { bounds, .. }) = cells else {
