@@ -93,40 +93,66 @@ impl SolidSummary {
         topologies: &BTreeMap<usize, Topology>,
     ) -> Option<Self> {
         let (lookup, mut found) = (SceneLookup::new(scene), Self::default());
-        let mut bodies: Vec<(DAffine3, Vec<usize>)> = Vec::new();
+        // Copies of a body are measured once.
+        let mut bodies: HashMap<BTreeSet<usize>, Self> = HashMap::new();
+        let mut add_body = |(place, meshes): (DAffine3, BTreeSet<usize>)| {
+            let body = bodies.entry(meshes);
+            let body =
+                body.or_insert_with_key(|all| Self::from_body((scene, &lookup), all, topologies));
+            found.open_edges += body.open_edges;
+            found.places += body.places;
+            found.flipped_triangles += body.flipped_triangles;
+            found.volume += body.volume * place.matrix3.determinant().abs();
+        };
+        // Objects of different meshes that follow one another in one place are one body: one of
+        // several materials has a mesh for each.
+        let mut body: Option<(DAffine3, BTreeSet<usize>)> = None;
         for object in all_objects(scene) {
             let mesh = lookup.mesh_index(&object.object.shape);
             let Some(mesh) = mesh.filter(|mesh| topologies.contains_key(mesh)) else {
                 continue;
             };
             let place = object.object_to_world();
-            match bodies.last_mut().filter(|body| body.0 == place) {
-                Some(body) => body.1.push(mesh),
-                None => bodies.push((place, vec![mesh])),
+            let here = body.as_mut().filter(|(of, _)| *of == place);
+            if !here.is_some_and(|(_, meshes)| meshes.insert(mesh)) {
+                body.replace((place, [mesh].into())).map(&mut add_body);
             }
         }
-        for (place, meshes) in bodies {
-            let is_open = |mesh: &usize| topologies[mesh].open_edges.count > 0;
-            let mesh_data = |mesh: &usize| lookup.mesh_data(&scene.meshes[*mesh].name);
-            let has_cap = meshes.iter().filter_map(mesh_data).any(|data| data.is_cap);
-            // A body of several materials has a mesh for each.
-            let whole = (meshes.len() > 1 && meshes.iter().any(is_open))
-                .then(|| Topology::from_mesh(&join_meshes(meshes.iter().filter_map(mesh_data))));
-            let parts = meshes.iter().map(|mesh| &topologies[mesh]);
-            for topology in whole.as_ref().map_or(parts.collect(), |whole| vec![whole]) {
-                let volume: f64 = topology.components.iter().map(|part| part.volume).sum();
-                // Edges of a cap end at other places than those of the cut mesh, along one line.
-                if !(has_cap && topology.has_slits_alone) {
-                    found.open_edges += topology.open_edges.count;
-                    found.places += topology.open_places;
-                }
-                found.flipped_triangles += topology.flipped.count;
-                found.volume += volume * place.matrix3.determinant().abs();
-            }
-        }
+        body.map(&mut add_body);
         let bounds = measure_scene_extent(scene, PrecisionChoice::Reference).bounds;
         found.size = bounds.extent().to_array();
         (!topologies.is_empty()).then_some(found)
+    }
+
+    /// Summarises the meshes of one body in their own space, without its size.
+    fn from_body(
+        (scene, lookup): (&Scene, &SceneLookup<'_>),
+        meshes: &BTreeSet<usize>,
+        topologies: &BTreeMap<usize, Topology>,
+    ) -> Self {
+        let data = meshes.iter();
+        let data = data.filter_map(|mesh| lookup.mesh_data(&scene.meshes[*mesh].name));
+        let has_cap = data.clone().any(|data| data.is_cap);
+        let is_open = meshes
+            .iter()
+            .any(|mesh| topologies[mesh].open_edges.count > 0);
+        let whole = (meshes.len() > 1 && is_open).then(|| Topology::from_mesh(&join_meshes(data)));
+        let parts = meshes.iter().map(|mesh| &topologies[mesh]);
+        let mut found = Self::default();
+        for topology in whole.as_ref().map_or(parts.collect(), |whole| vec![whole]) {
+            // Edges of a cap end at other places than those of the cut mesh, along one line.
+            if !(has_cap && topology.has_slits_alone) {
+                found.open_edges += topology.open_edges.count;
+                found.places += topology.open_places;
+            }
+            found.flipped_triangles += topology.flipped.count;
+            found.volume += topology
+                .components
+                .iter()
+                .map(|part| part.volume)
+                .sum::<f64>();
+        }
+        found
     }
 }
 

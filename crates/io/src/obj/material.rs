@@ -101,7 +101,11 @@ impl SceneBuilder<'_> {
         }
         add_layers(material, &mut out);
         if let Some(statement) = material.text("norm") {
-            out.normal_texture = texture("norm", ColourSpace::Linear);
+            let image = texture("norm", ColourSpace::Linear);
+            out.normal_texture = image.map(|image| TextureRef {
+                channel: None,
+                ..image
+            });
             out.normal_scale = TextureStatement::parse(statement).bump;
         }
         if !out.may_transmit() {

@@ -260,7 +260,8 @@ impl SceneBuilder<'_> {
             uv: None,
             uv_transform,
             factor: Colour::WHITE,
-            channel: map.channel,
+            // Colours have all channels.
+            channel: map.channel.filter(|_| space == ColourSpace::Linear),
         })
     }
 }

@@ -70,7 +70,7 @@ pub(crate) fn import(
         warn!(
             warnings,
             Format,
-            "line {line}: has more numbers than the header names; surplus numbers of lines are ignored, and colours of faces with them"
+            "line {line}: has more numbers than the header names; surplus numbers of lines are ignored, and so are colours of faces with such lines"
         );
     }
     if values.remaining_bytes() > 0 {

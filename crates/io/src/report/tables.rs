@@ -1,5 +1,6 @@
 //! Sections of the report of an accuracy measurement: settings on the frontier, rungs (quality
-//! levels) of each ladder (a setting with ordered levels), and several rungs together. Terminal and page show the same sections.
+//! levels) of each ladder (a setting with ordered levels), and several rungs together. Terminal and
+//! page show the same sections.
 
 use raywright_core::accuracy::{ConfidenceInterval, MeasuredSetting};
 
