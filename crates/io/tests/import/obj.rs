@@ -551,13 +551,13 @@ fn foreign_texts_are_named() {
     }
 }
 
-/// Protects: images of roughness, metalness and coverage multiply their numbers, `norm` perturbs
-/// normals by `-bm`, and unsupported keys are left out by name, unless their number disables them.
+/// Protects: images of roughness, metalness and coverage multiply their numbers, in the channel of
+/// `-imfchan`, which colours and normals ignore; `norm` perturbs normals by `-bm`, and unsupported keys are left out by name, unless their number disables them.
 #[test]
 fn images_of_the_pbr_keys() {
     let (folder, path) =
         write("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n");
-    let lines = "Pr 0.5\nmap_Pr a.png\nmap_Pm b.png\nnorm -bm 0.25 c.png\nmap_d a.png\nd 0.75\nPs 0\nPc 0.5\nPcr 0.1\nmap_Bump c.png\n";
+    let lines = "Pr 0.5\nmap_Pr a.png\nmap_Pm b.png\nnorm -bm 0.25 -imfchan m c.png\nmap_Kd -imfchan g c.png\nmap_d -imfchan b a.png\nd 0.75\nPs 0\nPc 0.5\nPcr 0.1\nmap_Bump c.png\n";
     std::fs::write(
         folder.path().join("m.mtl"),
         format!("newmtl m\nKd 1 0 0\n{lines}"),
@@ -580,21 +580,22 @@ fn images_of_the_pbr_keys() {
                 .iter()
                 .find(|t| t.name == texture.name)
                 .expect("a texture");
-            assert_eq!(
-                (image.colour_space, texture.channel),
-                (ColourSpace::Linear, Some(Channel::Red))
-            );
-            (image.image.clone(), texture.factor.0[0])
+            assert_eq!(image.colour_space, ColourSpace::Linear);
+            (image.image.as_str(), texture.factor.0[0], texture.channel)
         }
         other => panic!("{other:?}"),
     };
-    assert_eq!(image(&material.roughness), ("a.png".to_owned(), 0.5));
-    assert_eq!(image(&material.metallic), ("b.png".to_owned(), 1.0));
+    let [red, blue] = [Channel::Red, Channel::Blue].map(Some);
+    assert_eq!(image(&material.roughness), ("a.png", 0.5, red));
+    assert_eq!(image(&material.metallic), ("b.png", 1.0, red));
     assert_eq!(
         (image(&material.opacity), material.alpha),
-        (("a.png".to_owned(), 0.75), AlphaMode::Blend)
+        (("a.png", 0.75, blue), AlphaMode::Blend)
     );
-    assert!(material.normal_texture.is_some() && material.normal_scale == 0.25);
+    for texture in [&material.base_colour_texture, &material.normal_texture] {
+        assert_eq!(texture.as_ref().map(|of| of.channel), Some(None));
+    }
+    assert_eq!(material.normal_scale, 0.25);
     let left_out: Vec<&str> = file
         .scene
         .unread

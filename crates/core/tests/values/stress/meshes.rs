@@ -88,7 +88,8 @@ fn solids_are_measured() {
 
 /// Protects: a flipped triangle takes nothing from the volume of its body and is counted, wherever the
 /// body stands; the volume of an open body does not depend on its place; meshes that together make
-/// a body, one for each material, are closed.
+/// a body, one for each material, are closed, and count twice if they are
+/// listed twice.
 #[test]
 fn solids_are_measured_as_a_whole() {
     let of = |scene: &Scene| {
@@ -130,6 +131,8 @@ fn solids_are_measured_as_a_whole() {
         body.meshes.append(&mut other.meshes);
         body.objects.append(&mut other.objects);
         assert_eq!(of(&body), ("yes".to_owned(), "4.096".to_owned()), "{at}");
+        body.objects.extend(body.objects.clone());
+        assert_eq!(of(&body), ("yes".to_owned(), "8.192".to_owned()), "{at}");
     }
 }
 
