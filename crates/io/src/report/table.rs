@@ -113,7 +113,8 @@ impl Table {
     /// are replaced, because a cell with several lines would look like several rows.
     ///
     /// If the table is too wide, the text of its last column is wrapped. If that is not enough, the
-    /// columns that do not fit follow in a second table, which repeats the first column.
+    /// columns that do not fit follow in a second table, which repeats the first column. A first
+    /// column that leaves no room for another one is wrapped too.
     pub fn to_text(&self, room: Option<usize>) -> String {
         let one_line = |row: &TableRow| -> Vec<String> {
             row.cells
@@ -123,13 +124,17 @@ impl Table {
         };
         let rows: Vec<Vec<String>> = self.rows.iter().map(one_line).collect();
         let columns = &self.columns;
+        // A cell that spans columns widens none of them.
+        let is_spanning =
+            |row: &[String], column| column + 1 == row.len() && row.len() < columns.len();
         let width = |column: usize| {
             rows.iter()
+                .filter(|row| !is_spanning(row, column))
                 .filter_map(|row| Some(row.get(column)?.chars().count()))
                 .max()
                 .unwrap_or(0)
         };
-        let widths: Vec<usize> = (0..columns.len()).map(width).collect();
+        let mut widths: Vec<usize> = (0..columns.len()).map(width).collect();
         let room = room.unwrap_or(usize::MAX);
         let all = Vec::from_iter(0..columns.len());
         let before = widths.split_last().map_or(0, |(_, others)| {
@@ -140,6 +145,14 @@ impl Table {
                 .iter()
                 .map(|row| format_line(row, &widths, columns, &all, room))
                 .collect();
+        }
+        let widest = widths
+            .iter()
+            .skip(1)
+            .max()
+            .map_or(0, |width| GAP.len() + width);
+        if let Some(first) = widths.first_mut() {
+            *first = (*first).min(room.saturating_sub(widest).max(LEAST_TEXT));
         }
         let first = widths.first().copied().unwrap_or(0);
         let (mut bands, mut used) = (vec![Vec::from_iter(all.first().copied())], first);
@@ -277,9 +290,18 @@ fn format_line(
             // below them.
             return format!("{}\n  {}\n", text.trim_end(), wrap_text(cell, 2, room));
         }
+        let is_spanning = column + 1 == row.len() && row.len() < columns.len();
         text += &match columns[column] {
+            _ if is_spanning => wrap_text(cell, text.chars().count(), room),
             ColumnAlignment::Left if is_last => wrap_text(cell, text.chars().count(), room),
-            ColumnAlignment::Left => format!("{cell:width$}"),
+            ColumnAlignment::Left => {
+                let words = cell.trim_start();
+                let indent = cell.chars().count() - words.chars().count();
+                let name = " ".repeat(indent) + &wrap_text(words, indent, width);
+                let (above, last) = name.rsplit_once('\n').unwrap_or(("", &name));
+                let line_end = if above.is_empty() { "" } else { "\n" };
+                format!("{above}{line_end}{last:width$}")
+            }
             ColumnAlignment::Right => format!("{cell:>width$}"),
         };
         if !is_last {

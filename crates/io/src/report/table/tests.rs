@@ -55,7 +55,7 @@ fn columns_line_up() {
 
 /// Protects: in a table that is too wide, the last column's text is wrapped below its start, or
 /// the further columns follow below with the first one repeated; a long word without room goes
-/// below the others; nothing is lost.
+/// below the others; names that leave no room for a number are wrapped; nothing is lost.
 #[test]
 fn tables_fit() {
     let text = table(
@@ -85,6 +85,18 @@ fn tables_fit() {
         " N  first one  second\n10          1       2\n\n N  third\n10      3\n"
     );
     assert_eq!(numbers.to_text(None).lines().count(), 2);
+    let mut names = table(
+        [ColumnAlignment::Left, ColumnAlignment::Right],
+        &[["rung", "CPU time"], ["  one two three four five", "1 s"]],
+    );
+    let heading = "a ladder (in use: its third rung)".to_owned();
+    names.rows.insert(1, [heading].into_iter().collect());
+    assert_eq!(
+        names.to_text(Some(31)),
+        "rung                   CPU time\n\
+         a ladder (in use: its third\n\
+         rung)\n  one two three four\n  five                      1 s\n"
+    );
 }
 
 /// Protects: exactly the columns that are empty in all rows are removed.
