@@ -26,7 +26,7 @@ fn format_examples() -> String {
   raywright render *.glb --sheet all.png       Many models side by side
   raywright render a.scene.toml --crop 100,50,320,200
   raywright render a.scene.toml -o - | display
-  raywright render a.scene.toml --quick        A first look: 16 samples, denoised
+  raywright render a.scene.toml --quick        A first look: 8 samples, denoised
   raywright render a.scene.toml --budget 30s   As many samples as fit in half a minute
   raywright render cornell.glb --max-error 0.05 -o c.exr   Samples until the error is below 0.05
 
@@ -232,7 +232,7 @@ pub struct LightArgs {
     #[arg(long, overrides_with = "denoise", conflicts_with = "quick")]
     pub no_denoise: bool,
 
-    /// A quick preview: at most 16 samples a pixel, denoised, half as wide and as high, at most
+    /// A quick preview: at most 8 samples a pixel, denoised, half as wide and as high, at most
     /// 640x360, unless --size says otherwise. The fixed sample pattern of a scene stays as it is
     #[arg(long, conflicts_with_all = ["spp", "max_error", "budget", "replay", "resume"])]
     pub quick: bool,

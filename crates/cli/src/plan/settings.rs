@@ -23,7 +23,7 @@ use crate::preparation::prepare_loaded;
 /// 64 noisy samples in 0.4 of the time (`benches/runs/2026-11-30-models.md`).
 const MODEL_SAMPLES: u32 = 16;
 /// Samples per pixel of a quick preview.
-const QUICK_SAMPLES: u32 = 16;
+const QUICK_SAMPLES: u32 = 8;
 /// Largest width and height of a quick preview, in pixels.
 const QUICK_SIZE: [u32; 2] = [640, 360];
 

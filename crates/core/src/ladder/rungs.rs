@@ -115,8 +115,8 @@ ladders! {
         "64" { 64 } "sixty-three reflections or refractions; for more use --max-depth"
     /// Start of Russian roulette.
     Roulette = "roulette", "late", Roulette;
-        "early" { RouletteStart::Early } "dim paths end by chance from the first surface on: less time per sample, more noise"
-        "late" { RouletteStart::Late } "dim paths end by chance from the fourth segment on"
+        "early" { RouletteStart::Early } "paths end by chance from the first surface on, with the probability of their absorption: less time per sample, more noise"
+        "late" { RouletteStart::Late } "paths of a throughput below a half end by chance from the third segment on"
         "off" { RouletteStart::Off } "no path ends by chance: least noise per sample, most time"
     /// Limit on the radiance of a sample.
     Clamp = "clamp", "off", Clamp;

@@ -70,9 +70,9 @@ pub enum SamplerKind {
 /// choices are unbiased; they differ in time and noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum RouletteStart {
-    /// From the first surface of a path on.
+    /// From the first surface of a path on, with the probability of its absorption.
     Early,
-    /// From the fourth segment of a path on.
+    /// From the third segment of a path on, while the throughput is below a half.
     #[default]
     Late,
     /// Never, except for paths without a limit, which only Russian roulette ends.

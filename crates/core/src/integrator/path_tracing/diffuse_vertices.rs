@@ -147,13 +147,10 @@ fn shade<F: LaneFloats>(
     let infinite = zero.like(f32::INFINITY);
     // The sum of all components is not finite if any is not. No component is negative.
     let is_finite = after.absolute_sum().select_less(infinite, one, none);
-    let maximum = zero.load_like(&vertices.max_survival);
-    let survival = brightest.min_or_second(maximum);
-    let factor = maximum.select_less(infinite, one / survival, one);
-    let threshold = maximum.select_less(infinite, survival, one);
+    let survival = (brightest * zero.load_like(&vertices.survival_scale)).min_or_second(one);
     let continues = zero
         .load_like(u_roulette)
-        .select_less(threshold, valid, none);
+        .select_less(survival, valid, none);
     let continues = none.select_less(brightest, continues, none);
     ShadedDiffuseLanes {
         start: start.to_columns(),
@@ -170,7 +167,7 @@ fn shade<F: LaneFloats>(
         overflows: (valid - is_finite).positive_lanes(),
         direction: direction.to_columns(),
         density: (height * zero.like(FRAC_1_PI)).to_array(),
-        throughput: (after * factor).to_columns(),
+        throughput: (after * (one / survival)).to_columns(),
     }
 }
 

@@ -15,7 +15,7 @@ use glam::DVec3;
 use raywright_bvh::{Hit, Ray, Real, Surface, TriangleSlot, Vector};
 
 use super::light::power_heuristic;
-use super::roulette::{FORCED_ROULETTE_SEGMENTS, apply_roulette, max_survival_after};
+use super::roulette::{FORCED_ROULETTE_SEGMENTS, apply_roulette, survival_scale};
 use super::scatter::ScatteredRay;
 use super::vertices::MisStrategy;
 use super::{LightKinds, MediumStack, PathState, PathTracer};
@@ -310,7 +310,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
         let traced = (path.segments_traced + walk).min(FORCED_ROULETTE_SEGMENTS - 1);
         let (throughput, continues) = apply_roulette::<R>(
             path.throughput,
-            max_survival_after(traced, self.scene.roulette),
+            survival_scale(traced, path.throughput, self.scene.roulette),
             R::from_f32(u_roulette),
         );
         if continues {

@@ -231,7 +231,7 @@ impl<R: Real> SimdTask for ScatterTask<'_, R> {
             out.overflows[lane] =
                 bsdf_lanes.is_valid[lane] & !has_finite_components::<R>(throughput);
             let (throughput, continues) =
-                apply_roulette(throughput, v.max_survival[lane], v.numbers[3][lane]);
+                apply_roulette(throughput, v.survival_scale[lane], v.numbers[3][lane]);
             out.continues[lane] = bsdf_lanes.is_valid[lane] & continues;
             set_lane_vector::<R>(&mut out.throughput, lane, throughput);
             set_lane_vector::<R>(

@@ -92,8 +92,8 @@ pub(super) struct VertexLanes<R: Real> {
     pub numbers: [LaneColumn<R>; 4],
     /// Uniform numbers for the light, see [`ReceivingPointLanes`].
     pub light_numbers: [LaneColumn<f32>; 4],
-    /// Upper limit on the survival probability; infinite without Russian roulette.
-    pub max_survival: LaneColumn<R>,
+    /// Factor from the throughput to the survival probability; infinite without Russian roulette.
+    pub survival_scale: LaneColumn<R>,
     /// Weighting of the light sample.
     pub strategy: LaneColumn<MisStrategy>,
 }
@@ -115,7 +115,7 @@ impl<R: Real> VertexLanes<R> {
             throughput: none,
             numbers: [none[0]; 4],
             light_numbers: [[0.0; LANES]; 4],
-            max_survival: none[0],
+            survival_scale: none[0],
             strategy: [MisStrategy::Unweighted; LANES],
         }
     }
@@ -167,7 +167,7 @@ impl<R: Real> VertexLanes<R> {
         for (column, number) in self.light_numbers.iter_mut().zip(samples.light) {
             column[lane] = number;
         }
-        self.max_survival[lane] = path.max_survival(roulette);
+        self.survival_scale[lane] = path.survival_scale(roulette);
         lane
     }
 

@@ -51,7 +51,7 @@ fn random_vertices(rng: &mut CaseRng, scale: f32) -> VertexLanes<f32> {
         vertices
             .surface
             .set_lane(lane, &surface(point, outwards, scale));
-        vertices.max_survival[lane] = [f32::INFINITY, 1.0, 0.95][number(0.0, 3.0) as usize];
+        vertices.survival_scale[lane] = [f32::INFINITY, 2.0, 0.95][number(0.0, 3.0) as usize];
         for column in vertices
             .numbers
             .iter_mut()
@@ -86,7 +86,7 @@ fn alone(vertices: &VertexLanes<f32>, lane: usize) -> VertexLanes<f32> {
             .zip(from)
             .for_each(|(to, from)| to[0] = from[lane]);
     }
-    one.max_survival[0] = vertices.max_survival[lane];
+    one.survival_scale[0] = vertices.survival_scale[lane];
     one
 }
 
@@ -243,10 +243,10 @@ fn vertices_follow_the_formulas() {
                     "{direction} for {expected}"
                 );
                 assert!((f64::from(shaded.density[lane]) - local.z / PI).abs() < 2e-7);
-                let maximum = f64::from(vertices.max_survival[lane]);
+                let survival_scale = f64::from(vertices.survival_scale[lane]);
                 let (after, survives) = apply_roulette::<f64>(
                     before.as_dvec3() * albedo.as_dvec3(),
-                    maximum,
+                    survival_scale,
                     u_roulette,
                 );
                 let continues = shaded.continues >> lane & 1 != 0;
@@ -291,7 +291,7 @@ fn scattered_directions_have_their_density() {
     ] {
         *columns = [[0.0; LANES], [0.0; LANES], [z; LANES]];
     }
-    vertices.max_survival = [f32::INFINITY; LANES];
+    vertices.survival_scale = [f32::INFINITY; LANES];
     let (mut cosine, mut inverse) = (0.0, 0.0);
     for i in 0..SIDE * SIDE / LANES {
         for lane in 0..LANES {
