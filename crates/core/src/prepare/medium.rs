@@ -3,7 +3,7 @@
 use core::cmp::Ordering;
 
 use glam::{DVec3, I64Vec3};
-use raywright_bvh::{Aabb, Real};
+use raywright_bvh::{Aabb, Real, Vector};
 
 use super::context::PrepareContext;
 use super::error::PrepareError;
@@ -59,6 +59,29 @@ struct DensityCells {
     bounds: Vec<[f64; 2]>,
 }
 
+/// Part of a ray: between two distances from its origin, in stored coordinates.
+#[derive(Clone, Copy)]
+pub(crate) struct RaySegment {
+    pub origin: DVec3,
+    pub direction: DVec3,
+    pub range: [f64; 2],
+}
+
+impl RaySegment {
+    pub fn new<R: Real>(origin: R::Vec3, direction: R::Vec3, range: [f64; 2]) -> Self {
+        Self {
+            origin: origin.to_f64(),
+            direction: direction.to_f64(),
+            range,
+        }
+    }
+
+    /// Returns the point at a distance.
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.direction * t
+    }
+}
+
 /// The air: a ball of a medium, in stored coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedAir {
@@ -88,16 +111,13 @@ impl PreparedMedium {
         };
         let [absorption, scattering] = medium.coefficients().map(DVec3::from);
         let attenuation = absorption + scattering;
-        let share = |k: usize| {
-            if scattering[k] > 0.0 {
-                scattering[k] / attenuation[k]
-            } else {
-                0.0
-            }
-        };
         Ok(Self {
             majorant: (attenuation * factor).min(DVec3::splat(MOST_ATTENUATION)),
-            albedo: DVec3::new(share(0), share(1), share(2)),
+            albedo: DVec3::select(
+                scattering.cmpgt(DVec3::ZERO),
+                scattering / attenuation,
+                DVec3::ZERO,
+            ),
             anisotropy: medium.anisotropy,
             density,
             material,
@@ -156,7 +176,11 @@ impl PreparedMedium {
     /// the density there, relative to the greatest.
     pub fn parts_along(
         &self,
-        (origin, direction, [from, to]): (DVec3, DVec3, [f64; 2]),
+        RaySegment {
+            origin,
+            direction,
+            range: [from, to],
+        }: RaySegment,
     ) -> impl Iterator<Item = (f64, [f64; 2])> {
         let whole = [if self.density.is_some() { 0.0 } else { 1.0 }, 1.0];
         let mut cells = self.cells.as_ref();
@@ -282,13 +306,14 @@ impl PreparedAir {
         }
     }
 
-    /// Returns the distances at which a ray enters and leaves the air; the second is not greater
-    /// than the first for a ray that misses.
-    pub fn intersect(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
-        let to_centre = self.centre - origin;
-        let along = to_centre.dot(direction);
-        let aside = (to_centre - direction * along).length_squared();
+    /// Returns the part of a segment that lies in the air.
+    pub fn intersect(&self, segment: RaySegment) -> Option<RaySegment> {
+        let to_centre = self.centre - segment.origin;
+        let along = to_centre.dot(segment.direction);
+        let aside = (to_centre - segment.direction * along).length_squared();
         let half = (self.radius * self.radius - aside).max(0.0).sqrt();
-        [along - half, along + half]
+        let [from, to] = segment.range;
+        let range = [from.max(along - half), to.min(along + half)];
+        (range[0] < range[1]).then_some(RaySegment { range, ..segment })
     }
 }

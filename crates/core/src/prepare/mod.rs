@@ -54,7 +54,7 @@ pub(crate) use material::{
     SpecularInputs, TransmissionInputs, tinted_shadow_transmittance,
 };
 use material_set::MaterialSet;
-pub(crate) use medium::{PreparedMedium, ROUNDING};
+pub(crate) use medium::{PreparedMedium, ROUNDING, RaySegment};
 use prepared_scene::PreparedParts;
 pub(crate) use prepared_scene::PreparedScene;
 pub(crate) use prepared_scene::PreparedSpawnRule;

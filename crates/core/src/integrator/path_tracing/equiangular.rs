@@ -10,7 +10,7 @@ use raywright_bvh::{Real, Vector};
 use super::scattering::{numbers, phase};
 use super::{PathState, PathTracer};
 use crate::light::{LightId, MOST_PLACED};
-use crate::prepare::PreparedMedium;
+use crate::prepare::{PreparedMedium, RaySegment};
 use crate::sampler::SamplePurpose;
 
 /// Optical depth of a segment from which on it is sampled by its scatterings alone.
@@ -80,11 +80,9 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         path: &mut PathState<R>,
         medium: &PreparedMedium,
-        [from, to]: [f64; 2],
+        segment: RaySegment,
         walk: u32,
     ) {
-        let (origin, direction) = (path.segment.ray.origin, path.segment.ray.direction);
-        let segment = (origin.to_f64(), direction.to_f64(), [from, to]);
         let mut lamps = [SegmentLamp::default(); MOST_PLACED];
         let placed = &self.scene.equiangular_lamps;
         let lamps = &mut lamps[..placed.len()];
@@ -119,30 +117,30 @@ impl<R: Real> PathTracer<'_, R> {
     fn lamp_along(
         &self,
         (index, position): (u32, Option<DVec3>),
-        (origin, direction, segment): (DVec3, DVec3, [f64; 2]),
+        segment: RaySegment,
     ) -> SegmentLamp {
         let light = &self.scene.lights.delta[index as usize];
-        let [from, to] = segment;
-        let Some(position) = position else {
-            return SegmentLamp {
-                index,
-                range: segment,
-                closest: None,
-                ends: segment,
-                weight: light.intensity(1.0) * (to - from),
-            };
-        };
-        let range = light.lit_range(origin, direction, segment);
-        let offset = position - origin;
-        let along = offset.dot(direction);
-        // On the line of the segment, no farther from it than the segment resolves.
-        let least = R::ROUNDOFF.to_f64() * (offset.length() + to - from);
-        let aside = (offset - direction * along).length().max(least);
-        let ends = range.map(|end| libm::atan2(end - along, aside));
+        let RaySegment {
+            origin,
+            direction,
+            range: [from, to],
+        } = segment;
+        let closest = position.map(|position| {
+            let offset = position - origin;
+            let along = offset.dot(direction);
+            // On the line of the segment, no farther from it than the segment resolves.
+            let least = R::ROUNDOFF.to_f64() * (offset.length() + to - from);
+            [along, (offset - direction * along).length().max(least)]
+        });
+        let range = light.lit_range(origin, direction, segment.range);
+        let ends = closest.map_or(range, |[along, aside]| {
+            range.map(|end| libm::atan2(end - along, aside))
+        });
+        let aside = closest.map_or(1.0, |[_, aside]| aside);
         SegmentLamp {
             index,
             range,
-            closest: Some([along, aside]),
+            closest,
             ends,
             weight: light.intensity(aside) * (ends[1] - ends[0]).max(0.0) / aside,
         }
@@ -154,7 +152,7 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         path: &mut PathState<R>,
         medium: &PreparedMedium,
-        (origin, direction, [from, _]): (DVec3, DVec3, [f64; 2]),
+        segment: RaySegment,
         (lamp, chance): (&SegmentLamp, f64),
         [u, u_technique]: [f64; 2],
     ) {
@@ -168,15 +166,22 @@ impl<R: Real> PathTracer<'_, R> {
         let t = t.clamp(start, end);
         let exponential = rate * libm::exp(-rate * (t - start)) / lost;
         let density = 0.5 * (lamp.density(t) + exponential) * chance;
-        let place = origin + direction * t;
+        let place = segment.at(t);
         let point = R::Vec3::from_f64(place);
         let Some(sample) = self.scene.lights.delta[lamp.index as usize].sample(point) else {
             return;
         };
         let scattering = medium.majorant * medium.albedo * self.relative_density(medium, place);
-        let share = self.transmittance_along(path, medium, (origin, direction, [from, t]))
-            * scattering
-            * (phase(medium.anisotropy, direction, sample.direction.to_f64()) / density);
+        let phase = phase(
+            medium.anisotropy,
+            segment.direction,
+            sample.direction.to_f64(),
+        );
+        let before = RaySegment {
+            range: [segment.range[0], t],
+            ..segment
+        };
+        let share = self.transmittance_along(path, medium, before) * scattering * (phase / density);
         let scattered = sample.arriving * R::Vec3::from_f64(share);
         if scattered != Vector::ZERO {
             let light = (LightId::Delta(lamp.index), sample);

@@ -142,8 +142,20 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Returns the transmittance of the effective medium along an unoccluded shadow ray.
-    pub(super) fn media_transmittance(&self, media: &MediumStack, distance: R) -> R::Vec3 {
+    /// Returns the transmittance of the effective medium along a part of an unoccluded shadow ray,
+    /// given its start, direction and length. A medium either scatters or absorbs evenly.
+    pub(super) fn media_transmittance(
+        &mut self,
+        path: &PathState<R>,
+        media: &MediumStack,
+        segment: (R::Vec3, R::Vec3, R),
+    ) -> R::Vec3 {
+        self.even_transmittance(media, segment.2)
+            * self.scattering_transmittance(path, media, segment)
+    }
+
+    /// Returns the transmittance of the effective medium over a distance, if it only absorbs.
+    pub(super) fn even_transmittance(&self, media: &MediumStack, distance: R) -> R::Vec3 {
         self.single_medium_transmittance(
             self.effective_medium(media).filter(|_| self.scene.absorbs),
             distance,

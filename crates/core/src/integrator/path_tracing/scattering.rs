@@ -10,6 +10,7 @@
 //! Only scenes with such media use these functions: others pay for a check of one flag.
 
 use core::f64::consts::TAU;
+use core::mem::take;
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Ray, Real, Surface, TriangleSlot, Vector};
@@ -23,7 +24,7 @@ use crate::counters::DensityExcess;
 use crate::interaction::Interaction;
 use crate::light::{LightDensity, LightId, LightSample};
 use crate::number::{exp, log1p};
-use crate::prepare::{PreparedMedium, ROUNDING};
+use crate::prepare::{PreparedMedium, ROUNDING, RaySegment};
 use crate::sampler::{SamplePurpose, SampleSequence};
 
 /// Number of scatterings of a walk whose random numbers are stratified. Later ones gain nothing by
@@ -47,31 +48,20 @@ impl<'a, R: Real> PathTracer<'a, R> {
         (active, hits): (&mut Vec<u32>, &mut Vec<Hit<R>>),
         escaped: &mut Vec<u32>,
     ) {
-        let mut kept = 0;
-        let mut into_sky = Vec::new();
-        for k in 0..active.len() {
-            match self.walk_through_media(&mut paths[active[k] as usize], Some(hits[k])) {
-                Some(Some(hit)) => {
-                    (active[kept], hits[kept]) = (active[k], hit);
-                    kept += 1;
-                }
-                Some(None) => into_sky.push(active[k]),
-                None => {}
-            }
-        }
-        active.truncate(kept);
-        hits.truncate(kept);
-        for &index in &*escaped {
-            match self.walk_through_media(&mut paths[index as usize], None) {
+        let reaching = take(active)
+            .into_iter()
+            .zip(take(hits).into_iter().map(Some));
+        let leaving = take(escaped).into_iter().map(|index| (index, None));
+        for (index, hit) in reaching.chain(leaving) {
+            match self.walk_through_media(&mut paths[index as usize], hit) {
                 Some(Some(hit)) => {
                     active.push(index);
                     hits.push(hit);
                 }
-                Some(None) => into_sky.push(index),
+                Some(None) => escaped.push(index),
                 None => {}
             }
         }
-        *escaped = into_sky;
     }
 
     /// Walks from scattering to scattering until the path reaches a surface or the sky. Returns the
@@ -82,27 +72,28 @@ impl<'a, R: Real> PathTracer<'a, R> {
         mut hit: Option<Hit<R>>,
     ) -> Option<Option<Hit<R>>> {
         for walk in 0..MOST_SCATTERINGS {
-            let Some((medium, range)) = self.segment_medium(path, hit.as_ref()) else {
+            let Some((medium, segment)) = self.segment_medium(path, hit.as_ref()) else {
                 return Some(hit);
             };
             let is_shaded = path.segments_traced + u32::from(walk == 0) - path.matched_segments
                 < self.max_depth;
-            let has_lamps = is_shaded && self.samples_lamps_along(medium, range);
+            let has_lamps = is_shaded && self.samples_lamps_along(medium, segment.range);
             if has_lamps {
-                self.add_light_along(path, medium, range, walk);
+                self.add_light_along(path, medium, segment, walk);
             }
-            let Some(distance) = self.sample_distance(path, medium, range, walk) else {
+            let Some(distance) = self.sample_distance(path, medium, segment, walk) else {
                 return (path.throughput != Vector::ZERO).then_some(hit);
             };
-            let ray = path.segment.ray;
-            let point = ray.origin.to_f64() + ray.direction.to_f64() * distance;
+            let origin = path.segment.ray.origin;
             // A rounded point must not lie behind the surface ahead.
-            let resolution = 8.0 * R::ROUNDOFF.to_f64() * point.abs().max_element();
+            let resolution = 8.0 * R::ROUNDOFF.to_f64() * segment.at(distance).abs().max_element();
             let distance = match &hit {
-                Some(hit) => distance.min(hit.t.to_f64() - resolution).max(range[0]),
+                Some(hit) => distance
+                    .min(hit.t.to_f64() - resolution)
+                    .max(segment.range[0]),
                 None => distance,
             };
-            if !self.scatter_at(path, medium, (distance, has_lamps), walk) {
+            if !self.scatter_at(path, medium, (segment.at(distance), has_lamps), walk) {
                 return None;
             }
             hit = self.intersect_path_ray(path);
@@ -110,7 +101,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
                 && self.is_outside_body(path, medium, hit.as_ref(), resolution)
             {
                 // Rounding moved the point out of the body, beside a grazing surface.
-                path.segment.ray.origin = ray.origin;
+                path.segment.ray.origin = origin;
                 hit = self.intersect_path_ray(path);
             }
         }
@@ -143,13 +134,13 @@ impl<'a, R: Real> PathTracer<'a, R> {
             < R::ZERO
     }
 
-    /// Returns the scattering medium that a segment goes through, and the distances at which it
-    /// begins and ends; `None` in a clear medium, or one that only absorbs evenly.
+    /// Returns the scattering medium that a path goes through to its next hit, and the segment in
+    /// it; `None` in a clear medium, or one that only absorbs evenly.
     pub(super) fn segment_medium(
         &self,
         path: &mut PathState<R>,
         hit: Option<&Hit<R>>,
-    ) -> Option<(&'a PreparedMedium, [f64; 2])> {
+    ) -> Option<(&'a PreparedMedium, RaySegment)> {
         let scene = self.scene;
         let around = self.effective_medium(&path.media).or_else(|| {
             // A hit from inside implies a body around the path, even if no hit recorded the entry.
@@ -159,9 +150,9 @@ impl<'a, R: Real> PathTracer<'a, R> {
             (is_body && !self.is_hit_from_outside(path, hit)).then_some(material)
         });
         let length = hit.map_or(f64::INFINITY, |hit| hit.t.to_f64());
-        let before = path.segment.skipped_distance.to_f64();
-        let (origin, direction) = (path.segment.ray.origin, path.segment.ray.direction);
-        let segment = (origin.to_f64(), direction.to_f64(), [-before, length]);
+        let ray = &path.segment.ray;
+        let range = [-path.segment.skipped_distance.to_f64(), length];
+        let segment = RaySegment::new::<R>(ray.origin, ray.direction, range);
         let found = self.medium_along(around, segment);
         if hit.is_none() && found.is_some_and(|(medium, _)| medium.material.is_none()) {
             path.media = MediumStack::default();
@@ -170,24 +161,22 @@ impl<'a, R: Real> PathTracer<'a, R> {
     }
 
     /// Returns the scattering medium along a ray inside the body of a material, or outside all
-    /// bodies, and the range of distances in that medium.
+    /// bodies, and the segment in that medium.
     fn medium_along(
         &self,
         material: Option<u32>,
-        (origin, direction, [from, to]): (DVec3, DVec3, [f64; 2]),
-    ) -> Option<(&'a PreparedMedium, [f64; 2])> {
+        segment: RaySegment,
+    ) -> Option<(&'a PreparedMedium, RaySegment)> {
         let scene = self.scene;
         if let Some(material) = material {
             let medium = &scene.media[scene.materials[material as usize].medium()? as usize];
             // A finite body ends somewhere, even if the ray missed its boundary.
-            if to < f64::INFINITY || medium.is_unbounded {
-                return Some((medium, [from, to]));
+            if segment.range[1] < f64::INFINITY || medium.is_unbounded {
+                return Some((medium, segment));
             }
         }
         let air = scene.air.as_ref()?;
-        let [enters, leaves] = air.intersect(origin, direction);
-        let range = [from.max(enters), to.min(leaves)];
-        (range[0] < range[1]).then_some((&air.medium, range))
+        Some((&air.medium, air.intersect(segment)?))
     }
 
     /// Returns the distance of the next scattering along a segment; `None` if the path passes the
@@ -196,25 +185,22 @@ impl<'a, R: Real> PathTracer<'a, R> {
         &mut self,
         path: &mut PathState<R>,
         medium: &PreparedMedium,
-        [from, to]: [f64; 2],
+        segment: RaySegment,
         walk: u32,
     ) -> Option<f64> {
-        let ray = path.segment.ray;
         if medium.is_dark() {
-            let (origin, direction) = (ray.origin.to_f64(), ray.direction.to_f64());
-            let passed = self.transmittance_along(path, medium, (origin, direction, [from, to]));
+            let passed = self.transmittance_along(path, medium, segment);
             path.throughput *= R::Vec3::from_f64(passed);
             return None;
         }
         let mut beta = path.throughput.to_f64();
-        let [coarse, u_channel, fine, _] =
+        let [coarse, mut u_channel, fine, _] =
             numbers(path, SamplePurpose::Medium, walk).map(f64::from);
         let mut further =
             sequence(path, SamplePurpose::Medium).hashed_numbers(path.address.index, 0);
-        let (mut u, mut u_channel) = (coarse + fine / (1 << 23) as f64, u_channel);
-        let (origin, direction) = (ray.origin.to_f64(), ray.direction.to_f64());
-        let mut parts = medium.parts_along((origin, direction, [from, to]));
-        let (mut t, mut end, mut most) = (from, from, 0.0);
+        let mut u = coarse + fine / (1 << 23) as f64;
+        let mut parts = medium.parts_along(segment);
+        let (mut t, mut end, mut most) = (segment.range[0], segment.range[0], 0.0);
         for _ in 0..MOST_SCATTERINGS {
             let shares = channel_shares(beta);
             let step = exponential(u, medium.majorant[choose_channel(shares, u_channel)]);
@@ -249,7 +235,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
                 return None;
             }
             let is_met = medium.density.is_none() || {
-                let density = self.relative_density(medium, origin + direction * t);
+                let density = self.relative_density(medium, segment.at(t));
                 further.next() < Some(density / most)
             };
             if is_met {
@@ -278,14 +264,14 @@ impl<'a, R: Real> PathTracer<'a, R> {
         density.clamp(0.0, 1.0).max(0.0)
     }
 
-    /// Scatters a path at a distance along its segment: adds the light that reaches this point
+    /// Scatters a path at a point of its segment: adds the light that reaches this point
     /// directly, and continues in a direction of the phase function. Returns whether the path goes
     /// on. `has_lamps`: whether the segment has the light of lamps without size already.
     fn scatter_at(
         &mut self,
         path: &mut PathState<R>,
         medium: &PreparedMedium,
-        (distance, has_lamps): (f64, bool),
+        (point, has_lamps): (DVec3, bool),
         walk: u32,
     ) -> bool {
         // All scatterings between two surfaces are one segment.
@@ -295,7 +281,6 @@ impl<'a, R: Real> PathTracer<'a, R> {
             return false;
         }
         let incoming = path.segment.ray.direction.to_f64();
-        let point = path.segment.ray.origin.to_f64() + incoming * distance;
         let point = R::Vec3::from_f64(point);
         // A sealed body gets light of a size through its surface alone, which no shadow ray passes.
         let kinds = if medium.is_sealed {
@@ -335,17 +320,16 @@ impl<'a, R: Real> PathTracer<'a, R> {
         (walk, kinds): (u32, LightKinds),
     ) {
         let lights = &self.scene.lights;
-        if kinds == LightKinds::None && lights.delta.is_empty() {
+        let is_sealed = kinds == LightKinds::None;
+        if is_sealed && lights.delta.is_empty() {
             return;
         }
         let [coarse, fine, u, v] = numbers(path, SamplePurpose::Light, walk);
         let Some((light, probability)) = lights.sample_in_medium(point, [coarse, fine]) else {
             return;
         };
-        if kinds == LightKinds::None && !matches!(light, LightId::Delta(_)) {
-            return;
-        }
-        if has_lamps && matches!(light, LightId::Delta(_)) {
+        let is_delta = matches!(light, LightId::Delta(_));
+        if is_sealed && !is_delta || has_lamps && is_delta {
             return;
         }
         let Some(sample) = lights.sample(light, point, [u, v], probability) else {
@@ -406,11 +390,9 @@ impl<'a, R: Real> PathTracer<'a, R> {
         if !self.scene.scatters {
             return Vector::ONE;
         }
-        let (origin, direction) = (from.to_f64(), direction.to_f64());
-        let segment = (origin, direction, [0.0, length.to_f64()]);
+        let segment = RaySegment::new::<R>(from, direction, [0.0, length.to_f64()]);
         self.medium_along(self.effective_medium(media), segment)
-            .map_or(Vector::ONE, |(medium, range)| {
-                let segment = (origin, direction, range);
+            .map_or(Vector::ONE, |(medium, segment)| {
                 R::Vec3::from_f64(self.transmittance_along(path, medium, segment))
             })
     }
@@ -421,8 +403,9 @@ impl<'a, R: Real> PathTracer<'a, R> {
         &mut self,
         path: &PathState<R>,
         medium: &PreparedMedium,
-        (origin, direction, [from, to]): (DVec3, DVec3, [f64; 2]),
+        segment: RaySegment,
     ) -> DVec3 {
+        let (origin, [from, to]) = (segment.origin, segment.range);
         if medium.density.is_none() {
             return beer_lambert(medium.majorant, to - from);
         }
@@ -435,7 +418,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
         // The least density of each part attenuates evenly, and only the rest by chance.
         let (mut passed, mut even, mut start) = (DVec3::ONE, 0.0, from);
         let mut step = exponential(numbers.next().unwrap_or_default(), rate);
-        for (end, [least, greatest]) in medium.parts_along((origin, direction, [from, to])) {
+        for (end, [least, greatest]) in medium.parts_along(segment) {
             let (mut t, varying) = (start, greatest - least);
             if least > 0.0 {
                 even += least * (end - start);
@@ -443,7 +426,7 @@ impl<'a, R: Real> PathTracer<'a, R> {
             start = end;
             while step < (end - t) * varying {
                 t += step / varying;
-                let density = self.relative_density(medium, origin + direction * t);
+                let density = self.relative_density(medium, segment.at(t));
                 passed *= DVec3::ONE - medium.majorant * ((density - least) / (rate * varying));
                 let most = (passed * beer_lambert(medium.majorant, even)).max_element();
                 if most < FAINT {

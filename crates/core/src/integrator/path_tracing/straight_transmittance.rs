@@ -67,22 +67,13 @@ impl<R: Real> PathTracer<'_, R> {
                     share
                 };
                 let distance = from.distance_to_target(&light.target);
-                return transmitted
-                    * self.media_transmittance(&media, distance)
-                    * self.scattering_transmittance(
-                        path,
-                        &media,
-                        (from.surface.point, light.direction, distance),
-                    );
+                let shadow_segment = (from.surface.point, light.direction, distance);
+                return transmitted * self.media_transmittance(path, &media, shadow_segment);
             };
             let interaction = Interaction::from_hit(self.scene, &segment, &hit);
             let distance = (interaction.surface.point - from.surface.point).length();
-            share *= self.media_transmittance(&media, distance)
-                * self.scattering_transmittance(
-                    path,
-                    &media,
-                    (from.surface.point, light.direction, distance),
-                );
+            let shadow_segment = (from.surface.point, light.direction, distance);
+            share *= self.media_transmittance(path, &media, shadow_segment);
             let is_own = emitter.is_some()
                 && self
                     .scene

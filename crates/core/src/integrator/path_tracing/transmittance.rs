@@ -166,7 +166,7 @@ impl<R: Real> PathTracer<'_, R> {
             };
         } else {
             if scene.absorbs {
-                scattered *= self.media_transmittance(
+                scattered *= self.even_transmittance(
                     &media(self),
                     interaction.distance_to_target(&light_sample.target),
                 );

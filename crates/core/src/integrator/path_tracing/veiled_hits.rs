@@ -12,7 +12,7 @@ use super::super::{FirstHit, MOST_PASSAGES};
 use super::scattering::beer_lambert;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::prepare::PreparedMedium;
+use crate::prepare::{PreparedMedium, RaySegment};
 
 /// Points at which the density of a segment is evaluated.
 const DENSITY_POINTS: u32 = 16;
@@ -34,8 +34,8 @@ impl<R: Real> PathTracer<'_, R> {
     fn find_veiled_hit(&mut self, mut view: PathState<R>, mut hit: Hit<R>) -> Option<FirstHit> {
         let (mut visible, mut albedo) = (1.0, DVec3::ZERO);
         for _ in 0..=MOST_PASSAGES {
-            if let Some((medium, range)) = self.segment_medium(&mut view, Some(&hit)) {
-                let passed = self.mean_transmittance(&view, medium, range);
+            if let Some((medium, segment)) = self.segment_medium(&mut view, Some(&hit)) {
+                let passed = self.mean_transmittance(medium, segment);
                 albedo += medium.albedo * (visible * (1.0 - passed));
                 visible *= passed;
             }
@@ -61,19 +61,13 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Returns the transmittance of a medium along a segment, the mean of the channels. Without
     /// chance: the density is evaluated at fixed points.
-    fn mean_transmittance(
-        &mut self,
-        view: &PathState<R>,
-        medium: &PreparedMedium,
-        [from, to]: [f64; 2],
-    ) -> f64 {
-        let ray = &view.segment.ray;
-        let (origin, direction) = (ray.origin.to_f64(), ray.direction.to_f64());
+    fn mean_transmittance(&mut self, medium: &PreparedMedium, segment: RaySegment) -> f64 {
+        let [from, to] = segment.range;
         let step = (to - from) / f64::from(DENSITY_POINTS);
         let density = match medium.density {
             None => 1.0,
             Some(_) => {
-                let at = |i: u32| origin + direction * (from + (f64::from(i) + 0.5) * step);
+                let at = |i: u32| segment.at(from + (f64::from(i) + 0.5) * step);
                 let sum: f64 = (0..DENSITY_POINTS)
                     .map(|i| self.relative_density(medium, at(i)))
                     .sum();
