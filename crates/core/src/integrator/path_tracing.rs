@@ -24,6 +24,7 @@ mod roulette;
 mod scatter;
 mod scattering;
 mod shade;
+mod smooth_vertices;
 mod straight_transmittance;
 mod transmittance;
 mod veiled_hits;

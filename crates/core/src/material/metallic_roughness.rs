@@ -227,6 +227,27 @@ impl<N: Number> MetallicRoughness<N> {
         }
     }
 
+    /// Returns the only lobe of a surface that is a smooth mirror or smooth glass in all SIMD lanes;
+    /// `None` for any other surface. It is the only lobe of [`Self::transport_bsdf`] too.
+    #[inline(always)]
+    pub fn smooth_lobe(&self, outside: N::Mask) -> Option<Lobe<N>> {
+        if self
+            .roughness
+            .greater_than(N::from_f64(LEAST_ROUGHNESS))
+            .any_lane()
+        {
+            return None;
+        }
+        let Some(glass) = self.glass else {
+            let is_diffuse = self.albedo().max_element().greater_than(N::ZERO);
+            return (!is_diffuse.any_lane()).then(|| self.mirror_lobe());
+        };
+        let share = self.glass_share();
+        let is_partial = N::ONE.greater_than(share);
+        (!is_partial.any_lane())
+            .then(|| Lobe::Dielectric(glass.dielectric_lobe(outside, share, None)))
+    }
+
     /// Returns the BSDF of local lighting: a diffuse and a rough specular lobe. Their number is
     /// known at compile time, and the compiler removes the list.
     #[inline(always)]

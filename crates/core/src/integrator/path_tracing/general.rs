@@ -13,8 +13,10 @@ use super::vertices::{LitSides, VertexLanes, VertexList, WavefrontSlice};
 use super::{PathState, PathTracer, VertexSamples, classic};
 use crate::interaction::Interaction;
 use crate::light::{LaneColumn, LightSampleLanes, get_lane_vector};
-use crate::material::{Bsdf, BsdfLobe, Glass, LayeredBsdf, ShadingFrame};
-use crate::prepare::{ClassicInputs, PhysicalInputs, PreparedMaterial};
+use crate::material::{
+    Bsdf, BsdfLobe, Glass, LayeredBsdf, MetallicRoughness, ScatteringLobe, ShadingFrame,
+};
+use crate::prepare::{ClassicInputs, LayeredInputs, PhysicalInputs, PreparedMaterial};
 
 /// Lobes of a surface at a hit.
 #[derive(Clone, Copy)]
@@ -94,10 +96,10 @@ fn lit_sides<R: Real, L: BsdfLobe<R>, const MOST: usize>(bsdf: &Bsdf<R, L, MOST>
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Builds the lobes of the surface at a hit and adds its vertex. Returns false if the material
-    /// needs no vertex.
+    /// Builds the lobes of the surface at a hit and adds its vertex; a path at a smooth surface of
+    /// one lobe goes on at once. Returns whether the path goes on.
     pub(super) fn build_general_vertex(
-        &self,
+        &mut self,
         position: u32,
         (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
         samples: &VertexSamples,
@@ -107,11 +109,30 @@ impl<R: Real> PathTracer<'_, R> {
         let (lobes, glass, vertex_response) = match &scene.materials[interaction.material as usize]
         {
             PreparedMaterial::Classic(m) => {
-                self.build_classic_surface(path, interaction, m, surfaces)
+                let surface = self.build_classic_surface(path, interaction, m, surfaces);
+                if let (SurfaceLobes::Bsdf(index), glass, _) = &surface
+                    && let [lobe] = surfaces.bsdfs.bsdfs[*index].lobes()
+                    && lobe.is_delta()
+                {
+                    let lobe = (lobe, glass.as_ref());
+                    return self.scatter_smoothly(path, (hit, interaction), lobe, samples);
+                }
+                surface
             }
-            PreparedMaterial::Physical(m) => {
-                self.build_physical_surface((path, hit, interaction), m, surfaces)
-            }
+            PreparedMaterial::Physical(m) => match m.layers {
+                Some(layers) => {
+                    let layers = &scene.layers[layers as usize];
+                    self.build_layered_surface((path, hit, interaction), (m, layers), surfaces)
+                }
+                None => {
+                    let model = self.unlayered_model(path, interaction, m);
+                    if let Some(lobe) = model.smooth_lobe(interaction.outside) {
+                        let lobe = (&lobe, model.glass.as_ref());
+                        return self.scatter_smoothly(path, (hit, interaction), lobe, samples);
+                    }
+                    self.build_unlayered_surface(interaction, &model, surfaces)
+                }
+            },
             PreparedMaterial::Unused => return false,
         };
         vertices.batch_with_free_lane().push_vertex(
@@ -164,50 +185,60 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Builds the lobes of a physical material at a hit.
+    /// Returns the model of a physical material without layers at a hit, relative to the surrounding
+    /// medium.
     #[inline(always)]
-    fn build_physical_surface(
+    fn unlayered_model(
         &self,
-        (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
+        path: &mut PathState<R>,
+        interaction: &Interaction<R>,
         m: &PhysicalInputs<R>,
+    ) -> MetallicRoughness<R> {
+        let context = self.scene.texture_tables.shading_context(interaction);
+        let mut model = m.metallic_roughness_at(&context);
+        if self.has_nested_dielectrics() {
+            self.set_relative_ior(path, interaction, &context, &mut model);
+        }
+        model
+    }
+
+    /// Builds the lobes of a physical material without layers at a hit.
+    #[inline(always)]
+    fn build_unlayered_surface(
+        &self,
+        interaction: &Interaction<R>,
+        model: &MetallicRoughness<R>,
         surfaces: &mut GeneralSurfaces<R>,
     ) -> GeneralSurface<R> {
-        let scene = self.scene;
-        let context = scene.texture_tables.shading_context(interaction);
-        if let Some(layers) = m.layers {
-            let (bsdf, index) = surfaces.layered.next_bsdf(Vector::ZERO);
-            let glass = self.build_layered_bsdf(
-                path,
-                hit,
-                interaction,
-                (m, &scene.layers[layers as usize]),
-                bsdf,
-            );
-            (
-                SurfaceLobes::Layered(index),
-                glass,
-                (bsdf.normal(), lit_sides(bsdf), R::ONE),
-            )
+        let normal = if model.glass.is_some() {
+            interaction.facing_normal()
         } else {
-            let mut model = m.metallic_roughness_at(&context);
-            if self.has_nested_dielectrics() {
-                self.set_relative_ior(path, interaction, &context, &mut model);
-            }
-            let normal = if model.glass.is_some() {
-                interaction.facing_normal()
-            } else {
-                interaction.normal
-            };
-            let (bsdf, index) = surfaces.bsdfs.next_bsdf(normal);
-            model.add_lobes_to(
-                bsdf,
-                -interaction.direction,
-                interaction.outside,
-                scene.compensates,
-            );
-            let vertex_response = (normal, lit_sides(bsdf), R::ONE);
-            (SurfaceLobes::Bsdf(index), model.glass, vertex_response)
-        }
+            interaction.normal
+        };
+        let (bsdf, index) = surfaces.bsdfs.next_bsdf(normal);
+        model.add_lobes_to(
+            bsdf,
+            -interaction.direction,
+            interaction.outside,
+            self.scene.compensates,
+        );
+        let vertex_response = (normal, lit_sides(bsdf), R::ONE);
+        (SurfaceLobes::Bsdf(index), model.glass, vertex_response)
+    }
+
+    /// Builds the lobes of a physical material with layers at a hit.
+    #[inline(always)]
+    fn build_layered_surface(
+        &self,
+        hit: (&mut PathState<R>, &Hit<R>, &Interaction<R>),
+        material: (&PhysicalInputs<R>, &LayeredInputs<R>),
+        surfaces: &mut GeneralSurfaces<R>,
+    ) -> GeneralSurface<R> {
+        let (path, hit, interaction) = hit;
+        let (bsdf, index) = surfaces.layered.next_bsdf(Vector::ZERO);
+        let glass = self.build_layered_bsdf(path, hit, interaction, material, bsdf);
+        let vertex_response = (bsdf.normal(), lit_sides(bsdf), R::ONE);
+        (SurfaceLobes::Layered(index), glass, vertex_response)
     }
 
     /// Evaluates and samples the BSDFs of a batch of general vertices, and sets the properties of
