@@ -154,10 +154,8 @@ impl SphereGrid {
 
     /// Samples a unit direction for two uniform numbers in [0, 1).
     pub fn sample_direction(&self, numbers: [f64; 2]) -> DVec3 {
-        let mut lanes = PolarDirectionLanes::<1>::default();
-        lanes.set_lane(0, self.sample_in_block(self.sample_block(numbers)));
-        let [x, y, z] = lanes.run().map(|[x]| x);
-        DVec3::new(x, y, z)
+        self.sample_in_block(self.sample_block(numbers))
+            .to_direction()
     }
 
     /// Samples many directions as [`Self::sample_direction`] does, and calls `visit` with each
@@ -175,12 +173,8 @@ impl SphereGrid {
                 prefetch(&self.cells, block.part as usize);
                 count += 1;
             }
-            let mut lanes = PolarDirectionLanes::<LANES>::default();
-            for (lane, &block) in blocks[..count].iter().enumerate() {
-                lanes.set_lane(lane, self.sample_in_block(block));
-            }
-            let [x, y, z] = run_widest(lanes);
-            (0..count).for_each(|lane| visit(DVec3::new(x[lane], y[lane], z[lane])));
+            let places = blocks[..count].iter();
+            visit_directions(places.map(|&block| self.sample_in_block(block)), &mut visit);
             if count < LANES {
                 return;
             }
@@ -233,7 +227,7 @@ impl SphereGrid {
             } else {
                 from_pole - 1.0
             },
-            from_pole,
+            squared_ring: from_pole * (2.0 - from_pole),
             angle: TAU * (column / self.width as f64 + self.turn - 0.5),
         }
     }
@@ -289,27 +283,72 @@ struct BlockPoint {
     numbers: [f64; 2],
 }
 
-/// A direction given by three numbers: its height y, its distance 1 − |y| from the nearer pole
-/// along the y axis, and its azimuth in radians.
-struct PolarDirection {
-    height: f64,
-    from_pole: f64,
-    angle: f64,
+/// A unit direction about the y axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PolarDirection {
+    /// The component y.
+    pub height: f64,
+    /// Square of the distance from the y axis, 1 − y², with its digits near the poles.
+    pub squared_ring: f64,
+    /// Azimuth in radians.
+    pub angle: f64,
+}
+
+impl PolarDirection {
+    /// Creates the direction with the component `y` and the azimuth `turn`, in revolutions.
+    pub fn at_height(y: f64, turn: f64) -> Self {
+        Self {
+            height: y.clamp(-1.0, 1.0),
+            squared_ring: (1.0 - y) * (1.0 + y),
+            angle: TAU * turn,
+        }
+    }
+
+    pub fn to_direction(self) -> DVec3 {
+        let mut lanes = PolarDirectionLanes::<1>::default();
+        lanes.set_lane(0, self);
+        let [x, y, z] = lanes.run().map(|[x]| x);
+        DVec3::new(x, y, z)
+    }
+}
+
+/// Calls `visit` with many directions in order, each that of [`PolarDirection::to_direction`].
+/// Vectorised trigonometry makes this faster than single calls.
+#[inline(always)]
+pub(super) fn visit_directions(
+    mut places: impl Iterator<Item = PolarDirection>,
+    mut visit: impl FnMut(DVec3),
+) {
+    loop {
+        let (mut lanes, mut count) = (PolarDirectionLanes::<LANES>::default(), 0);
+        for (lane, place) in (0..LANES).zip(&mut places) {
+            lanes.set_lane(lane, place);
+            count += 1;
+        }
+        if count == 0 {
+            return;
+        }
+        let [x, y, z] = run_widest(lanes);
+        (0..count).for_each(|lane| visit(DVec3::new(x[lane], y[lane], z[lane])));
+        if count < LANES {
+            return;
+        }
+    }
 }
 
 /// Directions in `N` SIMD lanes, before the sines and cosines of their azimuths are computed.
 struct PolarDirectionLanes<const N: usize> {
     height: [f64; N],
-    from_pole: [f64; N],
+    squared_ring: [f64; N],
     angle: [f64; N],
 }
 
 impl<const N: usize> Default for PolarDirectionLanes<N> {
     fn default() -> Self {
-        let [height, from_pole, angle] = [[0.0; N]; 3];
+        let [height, squared_ring, angle] = [[0.0; N]; 3];
         Self {
             height,
-            from_pole,
+            squared_ring,
             angle,
         }
     }
@@ -319,7 +358,7 @@ impl<const N: usize> PolarDirectionLanes<N> {
     #[inline(always)]
     fn set_lane(&mut self, lane: usize, direction: PolarDirection) {
         self.height[lane] = direction.height;
-        self.from_pole[lane] = direction.from_pole;
+        self.squared_ring[lane] = direction.squared_ring;
         self.angle[lane] = direction.angle;
     }
 }
@@ -343,8 +382,7 @@ impl<const N: usize> SimdTask for PolarDirectionLanes<N> {
         }
         let (mut x, mut z) = ([0.0; N], [0.0; N]);
         for i in 0..N {
-            let h = self.from_pole[i];
-            let ring = (h * (2.0 - h)).max(0.0).sqrt();
+            let ring = self.squared_ring[i].max(0.0).sqrt();
             (x[i], z[i]) = (ring * cosines[i], ring * sines[i]);
         }
         [x, self.height, z]

@@ -34,10 +34,10 @@ mod sky_sampler;
 mod tree;
 mod usage;
 
-use glam::DVec3;
 use raywright_bvh::{Aabb, Real, Surface, Vector};
 
 use emitters::EmitterLanes;
+use grid::visit_directions;
 
 pub use bounds::LightBounds;
 pub use delta::DeltaLight;
@@ -116,6 +116,28 @@ pub struct LightSample<R: Real> {
     pub density: LightDensity,
     /// Target of the shadow ray.
     pub target: ShadowRayTarget<R>,
+}
+
+/// A point that samples the sky.
+struct SkyReceiver<'a, R: Real> {
+    /// Index of the point's batch, and the lane in it.
+    place: [usize; 2],
+    from: R::Vec3,
+    /// Unit normal of the side that receives light; zero if both sides do.
+    normal: R::Vec3,
+    /// Two uniform numbers in [0, 1).
+    numbers: [f32; 2],
+    /// Probability of choosing the sky.
+    probability: f64,
+    /// Distribution of the sky at the point, see [`Openings::bins_at`].
+    bins: Option<(&'a [f32], &'a [f32])>,
+}
+
+impl<R: Real> SkyReceiver<'_, R> {
+    /// Whether light from a direction arrives on a side that receives light.
+    fn faces(&self, direction: R::Vec3) -> bool {
+        self.normal == Vector::ZERO || self.normal.dot(direction) > <R as Real>::ZERO
+    }
 }
 
 /// All lights of a prepared scene: delta lights, emitters and the sky.
@@ -337,46 +359,78 @@ impl<R: Real> Lights<R> {
             return;
         };
         let openings = self.openings.as_ref();
-        let mut receivers = Vec::new();
+        let mut receivers = Vec::with_capacity(LANES * samples.len());
         for (batch, (points, choices)) in batches.enumerate() {
             for lane in (0..LANES).filter(|&lane| choices.lights[lane] == Some(LightId::Sky)) {
-                let (from, numbers) = points.get_lane(lane);
-                let bins = openings.and_then(|table| table.bins_at::<R>(from, points.normal(lane)));
-                let probability = choices.probabilities[lane];
-                receivers.push((batch, lane, from, numbers, probability, bins));
+                let ((from, numbers), normal) = (points.get_lane(lane), points.normal(lane));
+                receivers.push(SkyReceiver {
+                    place: [batch, lane],
+                    from,
+                    normal,
+                    numbers,
+                    probability: choices.probabilities[lane],
+                    bins: openings.and_then(|table| table.bins_at::<R>(from, normal)),
+                });
             }
         }
-        let own = receivers.iter().map(|&(_, _, _, numbers, ..)| numbers);
-        let directions = match openings {
-            None => sampler.sample_directions::<R>(own),
-            Some(table) => {
-                let drawn = receivers.iter().map(|&(_, _, _, numbers, _, bins)| {
-                    bins.map_or(Err(numbers), |bins| table.sample_direction(bins, numbers))
-                });
-                let drawn: Vec<_> = drawn.collect();
-                let own = drawn.iter().filter_map(|place| place.err());
-                let mut own = sampler.sample_directions::<R>(own).into_iter();
-                let direction = |place: Result<DVec3, _>| {
-                    place.map_or_else(|_| own.next(), |through| Some(R::Vec3::from_f64(through)))
-                };
-                drawn.into_iter().filter_map(direction).collect()
-            }
-        };
-        let mut sky_samples = Vec::with_capacity(directions.len());
-        let origins = receivers.iter().map(|&(_, _, from, ..)| from);
-        self.sky
-            .eval_rays(origins.zip(directions.iter().copied()), &mut sky_samples);
-        for (((batch, lane, _, _, probability, bins), direction), sky_sample) in
-            receivers.into_iter().zip(directions).zip(sky_samples)
-        {
+        let mut lit = Vec::with_capacity(receivers.len());
+        let directions = self.sample_sky_directions(sampler, &receivers);
+        lit.extend(
+            receivers
+                .into_iter()
+                .zip(directions)
+                .filter(|(receiver, direction)| receiver.faces(*direction)),
+        );
+        let mut sky_samples = Vec::with_capacity(lit.len());
+        let rays = lit.iter().map(|(receiver, d)| (receiver.from, *d));
+        self.sky.eval_rays(rays, &mut sky_samples);
+        for ((receiver, direction), sky_sample) in lit.into_iter().zip(sky_samples) {
             // Density of the rounded direction, so that a ray that hits the sky in this direction
             // computes the same density.
-            let place = sky_sample.image_coordinates;
-            let density = self.sky_density_by_bins(bins, direction, place, probability);
+            let (place, [batch, lane]) = (sky_sample.image_coordinates, receiver.place);
+            let density =
+                self.sky_density_by_bins(receiver.bins, direction, place, receiver.probability);
             sky_light_sample(direction, sky_sample.radiance, density)
                 .iter()
                 .for_each(|sample| samples[batch].set_lane(lane, sample));
         }
+    }
+
+    /// Samples a direction of the sky for each receiver.
+    fn sample_sky_directions(
+        &self,
+        sampler: &SkySampler,
+        receivers: &[SkyReceiver<'_, R>],
+    ) -> Vec<R::Vec3> {
+        let Some(table) = &self.openings else {
+            return sampler.sample_directions::<R>(receivers.iter().map(|point| point.numbers));
+        };
+        let drawn: Vec<_> = receivers
+            .iter()
+            .map(|&SkyReceiver { numbers, bins, .. }| {
+                bins.map_or(Err(numbers), |bins| table.sample_direction(bins, numbers))
+            })
+            .collect();
+        let mut through = Vec::with_capacity(drawn.len());
+        visit_directions(drawn.iter().filter_map(|place| place.ok()), |direction| {
+            through.push(R::Vec3::from_f64(direction));
+        });
+        let own = drawn.iter().filter_map(|place| place.err());
+        let own = sampler.sample_directions::<R>(own);
+        let (mut through, mut own) = (through.into_iter(), own.into_iter());
+        let next = |is_through: bool| {
+            if is_through {
+                through.next()
+            } else {
+                own.next()
+            }
+        };
+        drawn
+            .iter()
+            .map(|place| place.is_ok())
+            .map(next)
+            .map(|direction| direction.unwrap_or(Vector::ZERO))
+            .collect()
     }
 
     /// Returns the density by solid angle with which [`Lights::sample`] samples `light_target` from

@@ -14,8 +14,9 @@ use glam::DVec3;
 use raywright_bvh::{Aabb, Real, Vector};
 
 use super::cdf::{entry_probability, push_rounded_cdf, sample_short_index, sample_stepped_index};
-use super::sky_lobe::direction_at_height;
+use super::grid::PolarDirection;
 use super::{SkyRadiance, SkySampler};
+use crate::number::angle_above_axis;
 
 /// Rows of bins from the nadir to the zenith, and columns about the vertical axis.
 const ROWS: usize = 16;
@@ -122,7 +123,7 @@ impl SkyBins {
             cumulative: Vec::with_capacity(BINS * FINE_NUMBERS),
         };
         let radiance = |row: f64, column: f64| {
-            let direction = direction_in_grid(row, column);
+            let direction = direction_in_grid(row, column).to_direction();
             let found = sky.radiance(R::Vec3::ZERO, R::Vec3::from_f64(direction));
             let sum = found.to_f64().element_sum();
             if sum.is_finite() { sum.max(0.0) } else { 0.0 }
@@ -173,8 +174,8 @@ impl SkyBins {
         shares
     }
 
-    /// Samples a unit direction in a bin by radiance, by two uniform numbers in [0, 1).
-    pub fn sample_direction(&self, bin: usize, [u, v]: [f64; 2]) -> DVec3 {
+    /// Samples a direction in a bin by radiance, by two uniform numbers in [0, 1).
+    pub fn sample_direction(&self, bin: usize, [u, v]: [f64; 2]) -> PolarDirection {
         let (row, column) = if self.is_even[bin] {
             (FINE[0] as f64 * v, FINE[1] as f64 * u)
         } else {
@@ -194,8 +195,8 @@ impl SkyBins {
         let [rows, columns] = [ROWS * FINE[0], COLUMNS * FINE[1]];
         let along = |share: f64, cells: usize| ((share * cells as f64) as usize).min(cells - 1);
         let row = along(0.5 + 0.5 * direction.y, rows);
-        let turn = libm::atan2(direction.z, direction.x) / TAU;
-        let column = along(if turn < 0.0 { turn + 1.0 } else { turn }, columns);
+        let turn = angle_above_axis(direction.z, direction.x) / TAU;
+        let column = along(if direction.z < 0.0 { 1.0 - turn } else { turn }, columns);
         let bin = row / FINE[0] * COLUMNS + column / FINE[1];
         if self.is_even[bin] {
             return (bin, BINS as f64 / (4.0 * PI));
@@ -212,11 +213,11 @@ impl SkyBins {
     }
 }
 
-/// Returns the unit direction at a place of the grid of fine cells, given in rows from the nadir and
+/// Returns the direction at a place of the grid of fine cells, given in rows from the nadir and
 /// columns.
-fn direction_in_grid(row: f64, column: f64) -> DVec3 {
+fn direction_in_grid(row: f64, column: f64) -> PolarDirection {
     let height = 2.0 * row / (ROWS * FINE[0]) as f64 - 1.0;
-    direction_at_height(height, column / (COLUMNS * FINE[1]) as f64)
+    PolarDirection::at_height(height, column / (COLUMNS * FINE[1]) as f64)
 }
 
 /// Adds to each bin the mean of its eight neighbours. A bin that few rays met thereby has as much
@@ -292,13 +293,13 @@ impl Openings {
         (index != Self::NONE).then(|| numbers().split_at(ENDS))
     }
 
-    /// Samples a unit direction by two uniform numbers in [0, 1). Returns `Err` with two numbers
-    /// for the sky's own density.
-    pub(crate) fn sample_direction(
+    /// Samples a direction by two uniform numbers in [0, 1). Returns `Err` with two numbers for the
+    /// sky's own density.
+    pub(super) fn sample_direction(
         &self,
         bins: (&[f32], &[f32]),
         [u, v]: [f32; 2],
-    ) -> Result<DVec3, [f32; 2]> {
+    ) -> Result<PolarDirection, [f32; 2]> {
         let (u, v) = (f64::from(u), f64::from(v));
         if u < OWN_SHARE {
             let rest = (u / OWN_SHARE) as f32;

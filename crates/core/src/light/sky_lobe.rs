@@ -6,6 +6,7 @@ use core::f64::consts::TAU;
 use glam::DVec3;
 use raywright_bvh::{Real, SimdTask, run_widest};
 
+use super::grid::PolarDirection;
 use crate::number::{expm1, log1p, sines_and_cosines};
 
 /// Number of directions sampled together.
@@ -29,10 +30,9 @@ impl SkyLobe {
             Self::Linear { bottom, top } => {
                 // The inverse of the integral of a linear density, without cancellation.
                 let root = (bottom * bottom * (1.0 - u) + top * top * u).sqrt();
-                direction_at_height(
-                    2.0 * u * (bottom + top) / (bottom + root).max(f64::MIN_POSITIVE) - 1.0,
-                    v,
-                )
+                let height =
+                    2.0 * u * (bottom + top) / (bottom + root).max(f64::MIN_POSITIVE) - 1.0;
+                PolarDirection::at_height(height, v).to_direction()
             }
             Self::Power { axis, exponent } => {
                 let mut waiting = PowerLobeLanes::<1>::default();
@@ -144,16 +144,6 @@ impl<const N: usize> SimdTask for PowerLobeLanes<N> {
         }
         out
     }
-}
-
-/// Returns the unit direction with the y component `y` and the azimuth `turn`, in revolutions.
-pub(super) fn direction_at_height(y: f64, turn: f64) -> DVec3 {
-    let ring = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
-    DVec3::new(
-        ring * libm::cos(TAU * turn),
-        y.clamp(-1.0, 1.0),
-        ring * libm::sin(TAU * turn),
-    )
 }
 
 #[cfg(test)]

@@ -6,8 +6,9 @@ use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
 use super::cdf::{push_cdf, sample_index};
+use super::grid::PolarDirection;
 use super::sky::{EquirectMap, GradientSky, SkyKind};
-use super::sky_lobe::{self, SkyLobe, direction_at_height};
+use super::sky_lobe::{self, SkyLobe};
 use super::{LightDensity, LightSample, ShadowRayTarget, SkyRadiance, SphereGrid};
 
 /// Fraction of an image's mean radiance that light sampling leaves to BSDF sampling.
@@ -209,7 +210,8 @@ impl SkySampler {
                 return positions.map(|at| self.sample_direction::<R>(at)).collect();
             }
             SkySamplerKind::Grid(grid) => {
-                let mut directions = Vec::with_capacity(positions.size_hint().0);
+                let most = positions.size_hint().1.unwrap_or(0);
+                let mut directions = Vec::with_capacity(most);
                 grid.sample_directions(positions.map(|at| at.map(f64::from)), |direction| {
                     directions.push(R::Vec3::from_f64(direction));
                 });
@@ -229,7 +231,7 @@ impl SkySampler {
 
     fn sample_direction_f64(&self, [u, v]: [f64; 2]) -> DVec3 {
         match &self.form {
-            SkySamplerKind::Uniform => direction_at_height(2.0 * u - 1.0, v),
+            SkySamplerKind::Uniform => PolarDirection::at_height(2.0 * u - 1.0, v).to_direction(),
             SkySamplerKind::Grid(grid) => grid.sample_direction([u, v]),
             SkySamplerKind::Lobes { lobes, shares } => {
                 let (index, _, rest) = sample_index(shares, u);
@@ -286,7 +288,8 @@ fn integrate_flux<R: Real>(sky: &SkyRadiance<R>) -> f64 {
     let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     let cells = (0..ROWS)
         .flat_map(|row| (0..COLUMNS).map(move |column| (at(row, ROWS), at(column, COLUMNS))));
-    let seen = cells.map(|(u, v)| R::Vec3::from_f64(direction_at_height(2.0 * u - 1.0, v)));
+    let direction = |(u, v)| PolarDirection::at_height(2.0 * u - 1.0, v).to_direction();
+    let seen = cells.map(|place| R::Vec3::from_f64(direction(place)));
     let total: f64 = seen
         .map(|d| sum_channels::<R>(sky.radiance(R::Vec3::ZERO, d)))
         .filter(|x| x.is_finite())

@@ -294,7 +294,8 @@ impl<R: Real> PreparedScene<R> {
             for (k, point) in used.iter().enumerate() {
                 let stream = WALKS + (cell * POINTS[2] + k) as u64;
                 let number = |i: u64| random_number(stream, 2 * bin as u64 + i);
-                let direction = sky.sample_direction(bin, [number(0), number(1)]);
+                let place = sky.sample_direction(bin, [number(0), number(1)]);
+                let direction = place.to_direction();
                 let cosine = direction.dot(point.normal);
                 if cosine > 0.0 {
                     let arriving =

@@ -228,7 +228,7 @@ fn azimuths_in_lanes_have_the_bits_of_libm() {
                 lane,
                 PolarDirection {
                     height: 0.0,
-                    from_pole: 1.0,
+                    squared_ring: 1.0,
                     angle,
                 },
             );

@@ -64,7 +64,7 @@ fn densities_are_those_of_the_samples() {
     let mut found = vec![0.0; BINS];
     for index in 0..COUNT {
         let direction = match table.sample_direction(bins, numbers(index)) {
-            Ok(direction) => direction,
+            Ok(place) => place.to_direction(),
             Err(own) => sampler.sample_direction::<f64>(own),
         };
         found[table.sky.bin_and_density(direction).0] += 1.0 / COUNT as f64;
@@ -78,7 +78,8 @@ fn densities_are_those_of_the_samples() {
             let direction = direction_in_grid(
                 (bin / COLUMNS * FINE[0]) as f64 + part(cell / SIDE, FINE[0]),
                 (bin % COLUMNS * FINE[1]) as f64 + part(cell % SIDE, FINE[1]),
-            );
+            )
+            .to_direction();
             let own = sampler.density::<f64>(direction, [0.0; 2]);
             *expected +=
                 table.density(bins, direction, own) * 4.0 * PI / (BINS * SIDE * SIDE) as f64;
