@@ -51,7 +51,7 @@ impl FirstHit {
         }
     }
 
-    /// Traces a camera ray to its first hit only; `None` for the sky.
+    /// Traces a camera ray to its first visible hit only; `None` for the sky.
     pub(super) fn from_ray<R: Real>(scene: &PreparedScene<R>, ray: Ray<R>) -> Option<Self> {
         let segment = PathSegment {
             ray,
@@ -63,7 +63,7 @@ impl FirstHit {
         };
         let hit = loop {
             let hit = scene.geometry.closest(&ray, range, &mut ())?;
-            if !scene.is_open_boundary(&hit) {
+            if !scene.is_invisible_at(&segment, &hit) {
                 break hit;
             }
             range.min = hit.t;
@@ -73,6 +73,19 @@ impl FirstHit {
 }
 
 impl<R: Real> PreparedScene<R> {
+    /// Whether the surface at a hit is cut out by its alpha, or the boundary of a body without a
+    /// surface.
+    pub(super) fn is_invisible_at(&self, segment: &PathSegment<R>, hit: &Hit<R>) -> bool {
+        let material = self.objects[hit.outermost_id() as usize].material;
+        let material = &self.materials[material as usize];
+        if material.blocks_straight_rays() {
+            return false;
+        }
+        let interaction = Interaction::from_hit(self, segment, hit);
+        material.is_open()
+            || material.alpha_at(&self.texture_tables.shading_context(&interaction)) <= R::ZERO
+    }
+
     /// Whether a hit is on the boundary of a body without a surface.
     pub(super) fn is_open_boundary(&self, hit: &Hit<R>) -> bool {
         let material = self.objects[hit.outermost_id() as usize].material;

@@ -276,13 +276,19 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Records the first hit of a path's camera ray, if picture layers (AOVs) need it.
+    /// Records the first hit of a path's camera ray on a surface that is present there, if picture
+    /// layers (AOVs) need it.
     #[inline(always)]
-    fn record_first_hit(&mut self, path: &PathState<R>, hit: &Hit<R>) {
+    fn record_first_hit(
+        &mut self,
+        path: &PathState<R>,
+        hit: &Hit<R>,
+        interaction: &Interaction<R>,
+    ) {
         if self.keeps_first
             && path.segments_traced == 0
             && self.first_hit.is_none()
-            && !self.scene.is_open_boundary(hit)
+            && !self.is_absent(path, interaction)
         {
             self.first_hit = Some(FirstHit::new(self.scene, &path.segment, hit));
         }

@@ -187,7 +187,11 @@ impl<R: Real> WhittedTracer<'_, R> {
         let mut interaction = Interaction::with_hit_geometry(self.scene, &path.segment, hit);
         interaction.fill_attributes(self.scene, &path.segment, hit);
         interaction.apply_normal_map(self.scene, &path.segment, hit);
-        if path.is_camera_ray && self.keeps_first && self.first_hit.is_none() {
+        if path.is_camera_ray
+            && self.keeps_first
+            && self.first_hit.is_none()
+            && !self.scene.is_invisible_at(&path.segment, hit)
+        {
             self.first_hit = Some(FirstHit::new(self.scene, &path.segment, hit));
         }
         match &self.scene.materials[interaction.material as usize] {

@@ -554,3 +554,47 @@ fn borders_of_equal_media_hide_nothing() {
         "{found:?} +- {error:?}, not 2.5"
     );
 }
+
+/// Protects: layers and edges show what stands behind surfaces that alpha cuts out, under both
+/// integrators. A surface of any alpha above zero has a depth and edges.
+#[test]
+fn layers_show_what_stands_behind_cut_out_surfaces() {
+    use raywright_core::settings::Aov;
+    let aovs = [
+        Aov::Albedo,
+        Aov::Normal,
+        Aov::Position,
+        Aov::Depth,
+        Aov::Object,
+        Aov::Material,
+        Aov::Edges,
+    ];
+    for integrator in [Integrator::Path, Integrator::Whitted] {
+        let layers = |terms: Value, count| {
+            let scene = above_blue(terms, count);
+            let settings = Settings {
+                integrator,
+                aovs: aovs.to_vec(),
+                sampling: Sampling::General(4),
+                size: [16, 16],
+                ..settings(&scene, SLANTED)
+            };
+            let layers = render_scene(&scene, &settings).picture.layers;
+            layers.into_iter().map(|layer| (layer.name, layer.samples))
+        };
+        for terms in [
+            json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } }),
+            json!({ "opacity": 0, "alpha": BLEND }),
+        ] {
+            for ((name, found), (_, floor)) in layers(terms, 2).zip(layers(json!({}), 0)) {
+                let off = found.iter().zip(&floor).map(|(a, b)| (a - b).abs());
+                let off = off.fold(0.0, f32::max);
+                assert!(off < 1e-5, "{integrator:?}, {name}: {off}");
+            }
+        }
+        let veil = json!({ "opacity": 0.25, "alpha": BLEND });
+        for ((name, found), (_, floor)) in layers(veil, 1).zip(layers(json!({}), 0)) {
+            assert_ne!(found, floor, "{integrator:?}, {name}");
+        }
+    }
+}

@@ -90,7 +90,7 @@ impl<R: Real> PathTracer<'_, R> {
             interaction.apply_normal_map(scene, &path.segment, hit);
         }
         self.attenuate_by_media(path, interaction);
-        self.record_first_hit(path, hit);
+        self.record_first_hit(path, hit, interaction);
         if common.is_none()
             && let Some(continues) = self.continue_behind_absent_surface(path, interaction)
         {

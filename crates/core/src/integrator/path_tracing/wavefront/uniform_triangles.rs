@@ -99,8 +99,9 @@ impl<R: Real> PathTracer<'_, R> {
             if self.has_triangle_ends {
                 path.start = hit.triangle_slot();
             }
-            if self.keeps_first && path.segments_traced == 0 && path.passages == 0 {
-                results.first_hits[index as usize] = Some(FirstHit::new(scene, &path.segment, hit));
+            if self.keeps_first && path.segments_traced == 0 {
+                results.first_hits[index as usize]
+                    .get_or_insert_with(|| FirstHit::new(scene, &path.segment, hit));
             }
             path.has_hit = true;
             path.segments_traced += 1;
