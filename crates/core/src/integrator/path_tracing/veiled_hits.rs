@@ -6,7 +6,7 @@
 //! visible, and the albedo of the media in the rest.
 
 use glam::DVec3;
-use raywright_bvh::{Hit, Real, Vector};
+use raywright_bvh::{Hit, Real};
 
 use super::super::{FirstHit, MOST_PASSAGES};
 use super::scattering::beer_lambert;
