@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Real, Vector};
 
-use crate::material::{Glass, MetallicRoughness};
+use crate::material::MetallicRoughness;
 use crate::prepare::{
     ConstantIor, PhysicalInputs, PhysicalTransmission, RefractiveIndex, tinted_shadow_transmittance,
 };
@@ -58,15 +58,7 @@ impl<R: Real> PhysicalInputs<R> {
             self.base_colour_at(context),
         );
         let glass = |transmission: &PhysicalTransmission<R>| {
-            let share = transmission.transmissive_share_at(context);
-            // A thin wall does not refract; in Whitted's integrator it does not reflect either.
-            let ior = if self.thin { 1.0 } else { boundary.ior };
-            (share > R::ZERO).then_some(Glass {
-                share,
-                ior,
-                reflected: Vector::ONE,
-                transmitted: base,
-            })
+            self.glass_of_share(transmission.share.eval_number(context), base, boundary.ior)
         };
         MetallicRoughness {
             base,

@@ -40,6 +40,8 @@ pub(crate) struct ObjectRecord<R: Real> {
     /// model](super::PreparedMaterial::uniform_model); `None` for any other object. Hits outside
     /// instances then need no interaction.
     pub uniform: Option<UniformSurface>,
+    /// Whether the surface is a [smooth mirror or smooth glass](super::PreparedMaterial::is_smooth).
+    pub is_smooth: bool,
     /// The mesh; `None` for another shape.
     pub mesh: Option<ObjectMesh<R>>,
 }
@@ -350,6 +352,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             needs_uv: mesh.is_none() && geometry_needs.needs_uv,
             needs_tangents: geometry_needs.needs_tangents,
             uniform: None,
+            is_smooth: false,
             mesh,
         });
         Ok(())

@@ -114,7 +114,7 @@ impl<R: Real> PreparedMaterial<R> {
         !matches!(self, Self::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
 
-    /// Returns the model of an opaque physical surface that is the same everywhere.
+    /// Returns the model of a physical surface that is the same everywhere.
     #[inline(always)]
     pub fn uniform_model(&self) -> Option<&MetallicRoughness<R>> {
         match self {
@@ -137,6 +137,14 @@ impl<R: Real> PreparedMaterial<R> {
             }
             _ => None,
         }
+    }
+
+    /// Whether the surface is everywhere a smooth mirror or smooth glass. No light sample reaches it.
+    pub fn is_smooth(&self) -> bool {
+        matches!(self, Self::Physical(m) if m.layers.is_none())
+            && self
+                .uniform_model()
+                .is_some_and(|model| model.smooth_lobe(true).is_some())
     }
 
     /// Whether the surface is a thin wall, which transmits light without refraction.

@@ -349,9 +349,9 @@ impl<R: Real> PreparedScene<R> {
         let mut objects = parts.built.objects;
         for object in &mut objects {
             let is_at_rest = object.mesh.is_some_and(|mesh| !mesh.rotates);
-            object.uniform = materials.materials[object.material as usize]
-                .uniform_surface()
-                .filter(|_| is_at_rest);
+            let material = &materials.materials[object.material as usize];
+            object.uniform = material.uniform_surface().filter(|_| is_at_rest);
+            object.is_smooth = material.is_smooth();
         }
         Self {
             geometry_bytes: parts.built.geometry.memory_bytes(),

@@ -7,6 +7,7 @@ use super::shade::ScatteredRayLanes;
 use super::vertices::{LitSides, VertexLanes, WavefrontSlice};
 use super::{LightKinds, NARROW, PathState, PathTracer, PreviousVertex};
 use crate::counters::add_power;
+use crate::interaction::Interaction;
 use crate::light::get_lane_vector;
 use crate::prepare::PreparedSpawnRule;
 
@@ -32,6 +33,17 @@ impl<R: Real> ScatteredRay<R> {
         is_transmitted: false,
         is_straight: false,
     };
+
+    /// Returns 1 if the ray leaves on the side of an interaction's normal, else −1. `normal` is the
+    /// normal of the vertex, on the viewer's side.
+    #[inline(always)]
+    pub fn side(&self, interaction: &Interaction<R>, normal: R::Vec3) -> R {
+        if self.is_transmitted == (normal == interaction.normal) {
+            -R::ONE
+        } else {
+            R::ONE
+        }
+    }
 }
 
 impl<R: Real> PathTracer<'_, R> {
@@ -54,11 +66,7 @@ impl<R: Real> PathTracer<'_, R> {
         if !matches!(self.scene.rules.spawn, PreparedSpawnRule::ErrorBound) {
             // Ray origins are offset along the object's normal.
             let interaction = &slice.interactions[index];
-            let side = if scattered_ray.is_transmitted == (normal == interaction.normal) {
-                -R::ONE
-            } else {
-                R::ONE
-            };
+            let side = scattered_ray.side(interaction, normal);
             ray = self.scene.spawn_ray(interaction, ray.direction, side);
         }
         let lit = if vertices.sides[lane] == LitSides::Both {

@@ -17,42 +17,14 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         path: &mut PathState<R>,
         (hit, interaction): (&Hit<R>, &Interaction<R>),
-        (lobe, glass): (&Lobe<R>, Option<&Glass<R>>),
+        lobe: (&Lobe<R>, Option<&Glass<R>>),
         samples: &VertexSamples,
     ) -> bool {
         let [_, u, _, u_roulette] = samples.scatter.map(R::from_f32);
-        let mut scattered_ray = ScatteredRay {
-            is_delta: true,
-            ..ScatteredRay::REFLECTED
-        };
-        let (normal, direction, weight) = match glass {
-            Some(glass) => {
-                let interface =
-                    self.scene
-                        .dielectric_interface(&path.segment, hit, interaction, glass);
-                if interface.cos_incident <= 0.0 {
-                    return false;
-                }
-                // The probability of reflection is the reflectance itself, so the weight is the tint.
-                let (direction, tint) = match interface.refracted {
-                    Some(refracted) if u.to_f64() >= interface.fresnel() => {
-                        scattered_ray.is_transmitted = true;
-                        (refracted, glass.transmitted)
-                    }
-                    _ => (interface.reflected, glass.reflected),
-                };
-                let (direction, rest) = round_direction::<R>(direction);
-                scattered_ray.direction_error = rest;
-                (interaction.facing_normal(), direction, tint)
-            }
-            None => {
-                let (normal, view) = (interaction.normal, -interaction.direction);
-                if normal.dot(view) <= R::ZERO {
-                    return false;
-                }
-                let (direction, reflectance) = lobe.sample_delta(normal, view, u);
-                (normal, direction, reflectance)
-            }
+        let Some((normal, direction, weight, scattered_ray)) =
+            self.sample_smooth_surface(path, (hit, interaction), lobe, u)
+        else {
+            return false;
         };
         // A shading normal must not turn a reflection below the surface, nor a transmission above
         // it.
@@ -67,31 +39,10 @@ impl<R: Real> PathTracer<'_, R> {
         }
         let scale = path.survival_scale(self.scene.roulette);
         let (throughput, continues) = apply_roulette(throughput, scale, u_roulette);
-        if continues {
-            self.leave_smooth_surface(
-                path,
-                interaction,
-                (throughput, normal, direction),
-                &scattered_ray,
-            );
+        if !continues {
+            return false;
         }
-        continues
-    }
-
-    /// Continues a path in a direction from a smooth surface with the normal `normal`.
-    #[inline(always)]
-    fn leave_smooth_surface(
-        &mut self,
-        path: &mut PathState<R>,
-        interaction: &Interaction<R>,
-        (throughput, normal, direction): (R::Vec3, R::Vec3, R::Vec3),
-        scattered_ray: &ScatteredRay<R>,
-    ) {
-        let side = if scattered_ray.is_transmitted == (normal == interaction.normal) {
-            -R::ONE
-        } else {
-            R::ONE
-        };
+        let side = scattered_ray.side(interaction, normal);
         let ray = self.scene.spawn_ray(interaction, direction, side);
         if self.scene.tracks_media && scattered_ray.is_transmitted {
             path.media = self.media_beyond_surface(&path.media, interaction);
@@ -101,8 +52,54 @@ impl<R: Real> PathTracer<'_, R> {
             interaction.surface.point,
             (throughput, f64::INFINITY),
             (&ray, normal),
-            scattered_ray,
+            &scattered_ray,
         );
+        true
+    }
+
+    /// Samples the lobe of a smooth surface. Returns the normal of the vertex, the direction, its
+    /// weight, and the properties of the ray; `None` for a ray along the surface.
+    #[inline(always)]
+    fn sample_smooth_surface(
+        &self,
+        path: &PathState<R>,
+        (hit, interaction): (&Hit<R>, &Interaction<R>),
+        (lobe, glass): (&Lobe<R>, Option<&Glass<R>>),
+        u: R,
+    ) -> Option<(R::Vec3, R::Vec3, R::Vec3, ScatteredRay<R>)> {
+        let mut scattered_ray = ScatteredRay {
+            is_delta: true,
+            ..ScatteredRay::REFLECTED
+        };
+        let Some(glass) = glass else {
+            let (normal, view) = (interaction.normal, -interaction.direction);
+            let (direction, reflectance) = lobe.sample_delta(normal, view, u);
+            return (normal.dot(view) > R::ZERO).then_some((
+                normal,
+                direction,
+                reflectance,
+                scattered_ray,
+            ));
+        };
+        let interface = self
+            .scene
+            .dielectric_interface(&path.segment, hit, interaction, glass);
+        // The probability of reflection is the reflectance itself, so the weight is the tint.
+        let (direction, tint) = match interface.refracted {
+            Some(refracted) if u.to_f64() >= interface.fresnel() => {
+                scattered_ray.is_transmitted = true;
+                (refracted, glass.transmitted)
+            }
+            _ => (interface.reflected, glass.reflected),
+        };
+        let (direction, rest) = round_direction::<R>(direction);
+        scattered_ray.direction_error = rest;
+        (interface.cos_incident > 0.0).then_some((
+            interaction.facing_normal(),
+            direction,
+            tint,
+            scattered_ray,
+        ))
     }
 }
 

@@ -192,6 +192,7 @@ impl<R: Real> PathTracer<'_, R> {
             survives,
             ..
         } = wave;
+        let mut next_light = active.len() + *uniform;
         for (k, ((&index, hit), interaction)) in active
             .iter()
             .zip(&*hits)
@@ -206,7 +207,8 @@ impl<R: Real> PathTracer<'_, R> {
             if self.keeps_first {
                 self.first_hit = results.first_hits[index as usize];
             }
-            let samples = VertexSamples::from_draws(draws, active.len(), k);
+            let samples = VertexSamples::from_draws(draws, k, next_light);
+            next_light += usize::from(!self.is_on_smooth_surface(hit));
             survives.push(self.queue_vertex(
                 k as u32,
                 (path, hit, interaction),

@@ -8,8 +8,8 @@ use super::super::medium::{MOST_ATTENUATION, PreparedMedium};
 use super::prepare_optional;
 use crate::effects::{Effect, EffectSet};
 use crate::material::{
-    Anisotropy, Coat, DiffuseTransmissionLayer, FresnelRule, LayerFieldTypes, LayeredSurface,
-    MetallicRoughness, Sheen, ThinFilm,
+    Anisotropy, Coat, DiffuseTransmissionLayer, FresnelRule, Glass, LayerFieldTypes,
+    LayeredSurface, MetallicRoughness, Sheen, ThinFilm,
 };
 use crate::scene::{AlphaMode, Boundary, Channel, MaterialModel, Physical as PhysicalData, Scene};
 use crate::texture::{InputProduct, NormalMapInput, PreparedInput};
@@ -49,7 +49,7 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub is_common: bool,
     /// Whether a smooth surface traces mirrored rays. If not, its reflection is shaded as rough.
     pub mirrors: bool,
-    /// Model of an opaque material whose inputs are the same everywhere; `None` if one varies.
+    /// Model of a material whose inputs are the same everywhere; `None` if one varies.
     pub uniform_model: Option<MetallicRoughness<R>>,
 }
 
@@ -97,21 +97,42 @@ pub(crate) fn tinted_shadow_transmittance<R: Real>(base: R::Vec3, share: R) -> R
 }
 
 impl<R: Real> PhysicalInputs<R> {
-    /// Returns the model of the material if it is opaque and no input of it varies.
+    /// Returns the model of the material if no input of it varies.
     fn find_uniform_model(&self) -> Option<MetallicRoughness<R>> {
         let RefractiveIndex::Constant(boundary) = self.index else {
             return None;
         };
-        if self.vertex_colours || self.transmission.is_some() {
+        if self.vertex_colours {
             return None;
         }
+        let base = self.base.constant_value()?;
+        let glass = match &self.transmission {
+            Some(transmission) => {
+                self.glass_of_share(transmission.share.constant_value()?.x(), base, boundary.ior)
+            }
+            None => None,
+        };
         Some(MetallicRoughness {
-            base: self.base.constant_value()?,
+            base,
             metallic: self.metallic.constant_value()?.x(),
             roughness: self.roughness.constant_value()?.x(),
             dielectric: boundary.f0 * self.specular,
             grazing: self.specular,
-            glass: None,
+            glass,
+        })
+    }
+
+    /// Returns the glass of a material whose base colour is `base` and of which a share transmits;
+    /// `None` for a share of zero.
+    #[inline(always)]
+    pub fn glass_of_share(&self, share: R, base: R::Vec3, ior: f64) -> Option<Glass<R>> {
+        let share = Real::clamp(share, R::ZERO, R::ONE);
+        (share > R::ZERO).then_some(Glass {
+            share,
+            // A thin wall does not refract; in Whitted's integrator it does not reflect either.
+            ior: if self.thin { 1.0 } else { ior },
+            reflected: Vector::ONE,
+            transmitted: base,
         })
     }
 

@@ -115,7 +115,7 @@ impl<R: Real> PathTracer<'_, R> {
             };
             survives.push(true);
             let is_matte = record.uniform == Some(UniformSurface::Matte);
-            let samples = VertexSamples::from_draws(draws, active.len(), k);
+            let samples = VertexSamples::from_draws(draws, k, active.len() + k);
             // By an index: a choice between references would be made for each column.
             let kind = self.common_kind(is_matte, &samples) as usize;
             let (list, pending) = (&mut vertices.common[kind], &mut pending[kind]);

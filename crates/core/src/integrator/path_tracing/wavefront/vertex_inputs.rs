@@ -1,6 +1,6 @@
 //! What the shading of a vertex reads: the interaction at its hit, and its random numbers.
 
-use raywright_bvh::Real;
+use raywright_bvh::{Hit, Real};
 
 use super::Wavefront;
 use crate::integrator::path_tracing::{PathState, PathTracer, VertexSamples};
@@ -56,49 +56,66 @@ impl<R: Real> PathTracer<'_, R> {
         normals.flush(interactions);
     }
 
-    /// Computes the random numbers that nearly every vertex needs.
+    /// Computes the random numbers that nearly every vertex needs; those for a light only where a
+    /// light sample can reach the surface.
     pub(super) fn draw_vertex_samples(
         &self,
         Wavefront {
             paths,
             active,
+            hits,
             draws,
             ..
         }: &mut Wavefront<R>,
     ) {
         draws.clear();
         let states = &*paths;
-        let sequences = |purpose| {
-            active.iter().map(move |&index| {
-                let PathState {
-                    address,
-                    sample_hash,
-                    ..
-                } = &states[index as usize];
-                (
-                    SampleSequence::from_sample_hash(*sample_hash, *address, purpose),
-                    address.index,
-                )
-            })
+        let sequence = |index: u32, purpose| {
+            let PathState {
+                address,
+                sample_hash,
+                ..
+            } = &states[index as usize];
+            (
+                SampleSequence::from_sample_hash(*sample_hash, *address, purpose),
+                address.index,
+            )
         };
-        sample_4d_batch(sequences(SamplePurpose::Scatter), draws);
+        let all = active.iter();
+        sample_4d_batch(
+            all.map(|&index| sequence(index, SamplePurpose::Scatter)),
+            draws,
+        );
         if !self.scene.lights.light_sampler().is_empty() {
-            sample_4d_batch(sequences(SamplePurpose::Light), draws);
+            let lit = active
+                .iter()
+                .zip(&*hits)
+                .filter(|(_, hit)| !self.is_on_smooth_surface(hit));
+            sample_4d_batch(
+                lit.map(|(&index, _)| sequence(index, SamplePurpose::Light)),
+                draws,
+            );
         }
+    }
+
+    /// Whether a hit lies on a surface that is everywhere a smooth mirror or smooth glass.
+    #[inline(always)]
+    pub(super) fn is_on_smooth_surface(&self, hit: &Hit<R>) -> bool {
+        self.scene.objects[hit.outermost_id() as usize].is_smooth
     }
 }
 
 impl VertexSamples {
-    /// Returns the numbers of a vertex, given the index of its path among `active` paths and the
-    /// numbers of [`PathTracer::draw_vertex_samples`].
+    /// Returns the numbers of a vertex, given the indices of both points among the numbers of
+    /// [`PathTracer::draw_vertex_samples`]; `light` may lie beyond their end.
     #[inline(always)]
-    pub(super) fn from_draws(draws: &[[f32; 4]], active: usize, index: usize) -> Self {
+    pub(super) fn from_draws(draws: &[[f32; 4]], scatter: usize, light: usize) -> Self {
         // Directions matter most: they get the first two dimensions of a point, which are the best
         // stratified.
-        let [u, v, u_roulette, lobe] = draws[index];
+        let [u, v, u_roulette, lobe] = draws[scatter];
         Self {
             scatter: [lobe, u, v, u_roulette],
-            light: draws.get(active + index).copied().unwrap_or_default(),
+            light: draws.get(light).copied().unwrap_or_default(),
         }
     }
 }
