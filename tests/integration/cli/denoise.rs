@@ -28,7 +28,7 @@ fn denoised_pictures_have_the_bits_of_one_run() {
     )
     .exits_with(0)
     .prints_like("denoised (biased), error ")
-    .prints_like("(70x50, 8 samples, denoised");
+    .prints_like("(70x50, 16 samples, denoised");
     render(&sandbox, "--spp 16 --denoise --threads 1 -o single.exr").exits_with(0);
     same_bits(&sandbox, "single.exr", "once.exr");
     render(

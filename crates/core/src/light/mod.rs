@@ -123,21 +123,12 @@ struct SkyReceiver<'a, R: Real> {
     /// Index of the point's batch, and the lane in it.
     place: [usize; 2],
     from: R::Vec3,
-    /// Unit normal of the side that receives light; zero if both sides do.
-    normal: R::Vec3,
     /// Two uniform numbers in [0, 1).
     numbers: [f32; 2],
     /// Probability of choosing the sky.
     probability: f64,
     /// Distribution of the sky at the point, see [`Openings::bins_at`].
     bins: Option<(&'a [f32], &'a [f32])>,
-}
-
-impl<R: Real> SkyReceiver<'_, R> {
-    /// Whether light from a direction arrives on a side that receives light.
-    fn faces(&self, direction: R::Vec3) -> bool {
-        self.normal == Vector::ZERO || self.normal.dot(direction) > <R as Real>::ZERO
-    }
 }
 
 /// All lights of a prepared scene: delta lights, emitters and the sky.
@@ -362,29 +353,24 @@ impl<R: Real> Lights<R> {
         let mut receivers = Vec::with_capacity(LANES * samples.len());
         for (batch, (points, choices)) in batches.enumerate() {
             for lane in (0..LANES).filter(|&lane| choices.lights[lane] == Some(LightId::Sky)) {
-                let ((from, numbers), normal) = (points.get_lane(lane), points.normal(lane));
+                let (from, numbers) = points.get_lane(lane);
                 receivers.push(SkyReceiver {
                     place: [batch, lane],
                     from,
-                    normal,
                     numbers,
                     probability: choices.probabilities[lane],
-                    bins: openings.and_then(|table| table.bins_at::<R>(from, normal)),
+                    bins: openings.and_then(|table| table.bins_at::<R>(from, points.normal(lane))),
                 });
             }
         }
-        let mut lit = Vec::with_capacity(receivers.len());
         let directions = self.sample_sky_directions(sampler, &receivers);
-        lit.extend(
-            receivers
-                .into_iter()
-                .zip(directions)
-                .filter(|(receiver, direction)| receiver.faces(*direction)),
-        );
-        let mut sky_samples = Vec::with_capacity(lit.len());
-        let rays = lit.iter().map(|(receiver, d)| (receiver.from, *d));
-        self.sky.eval_rays(rays, &mut sky_samples);
-        for ((receiver, direction), sky_sample) in lit.into_iter().zip(sky_samples) {
+        let mut sky_samples = Vec::with_capacity(directions.len());
+        let origins = receivers.iter().map(|receiver| receiver.from);
+        self.sky
+            .eval_rays(origins.zip(directions.iter().copied()), &mut sky_samples);
+        for ((receiver, direction), sky_sample) in
+            receivers.into_iter().zip(directions).zip(sky_samples)
+        {
             // Density of the rounded direction, so that a ray that hits the sky in this direction
             // computes the same density.
             let (place, [batch, lane]) = (sky_sample.image_coordinates, receiver.place);
