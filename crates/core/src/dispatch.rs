@@ -12,7 +12,6 @@ macro_rules! each {
 }
 
 mod inspection;
-mod memory_estimate;
 mod rendering;
 
 use raywright_bvh::Real;
@@ -28,8 +27,8 @@ use crate::scene::{Camera, Integrator, Light, Scene, Sky};
 use crate::settings::{PrecisionChoice, Settings, SkyChoice};
 use crate::studio::headlight;
 
-pub use memory_estimate::estimate_scene_memory;
-use memory_estimate::{bytes_still_to_allocate, estimate_memory};
+pub use inspection::estimate_scene_memory;
+use inspection::{bytes_still_to_allocate, estimate_memory};
 
 /// A scene prepared for one set of settings, ready to render. It also reports effects, memory, and
 /// parts of the scene that cannot be rendered correctly.

@@ -1,21 +1,18 @@
 //! Extent of a scene: the box of its objects, computed from the scene's data alone. A camera can
 //! then be framed without an acceleration structure.
 
-mod uses;
-
 use std::collections::HashMap;
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::shapes::transform_bounds;
-use raywright_bvh::shapes::{TransformedShape, Triangle};
+use raywright_bvh::shapes::{TransformedShape, Triangle, transform_bounds};
 use raywright_bvh::{Aabb, Real, Shape as _};
 
-use crate::generate::objects_relative_to;
+use crate::generate::{objects_relative_to, objects_with_counts};
 use crate::lookup::SceneLookup;
-use crate::scene::{MeshData, Scene, Shape};
+use crate::motion::object_transforms_at_ends;
+use crate::scene::{MeshData, Scene, Shape, SideRule};
 use crate::shape::{convert_shape, convert_shape_in_own_space, mesh_bounds, transform_relative_to};
 use crate::storage_origin::StorageOrigin;
-pub(crate) use uses::MeshUseCounts;
 
 /// Extent of a scene in world units: the box of its bounded objects, and the number of its
 /// unbounded objects, such as planes.
@@ -142,6 +139,39 @@ pub fn surface_triangles(data: &MeshData) -> impl Iterator<Item = [u32; 3]> {
 pub fn flattens_surfaces(map: &DAffine3) -> bool {
     let [x, y, z] = [map.x_axis, map.y_axis, map.z_axis];
     [x.cross(y), y.cross(z), z.cross(x)] == [DVec3::ZERO; 3]
+}
+
+// Numbers of objects that show each mesh. A mesh becomes instances if several objects or a moving
+// object show it. The extent, the memory estimate and the geometry read these numbers.
+
+/// Number of objects that show each mesh with each side rule. A moving object counts as at least
+/// two.
+pub(crate) struct MeshUseCounts<'a>(HashMap<(&'a str, SideRule), u64>);
+
+impl<'a> MeshUseCounts<'a> {
+    /// Counts the objects of a scene that show meshes.
+    pub fn from_scene(scene: &'a Scene) -> Self {
+        let mut uses = HashMap::new();
+        for (object, count) in objects_with_counts(scene) {
+            if let Shape::Mesh(name) = &object.shape {
+                let uses = uses.entry((name.as_str(), object.side)).or_insert(0_u64);
+                // A moving object is always an instance, so it counts as at least two uses.
+                *uses = uses.saturating_add(if object_transforms_at_ends(object).is_some() {
+                    count.max(2)
+                } else {
+                    count
+                });
+            }
+        }
+        Self(uses)
+    }
+
+    /// Whether the objects that show a mesh with a side rule are instances of a shared geometry.
+    /// This is so if several objects or a moving object show the mesh. Each triangle stores its
+    /// side rule, so only objects with the same rule share triangles.
+    pub fn is_shared(&self, mesh: &'a str, side: SideRule) -> bool {
+        self.0.get(&(mesh, side)).is_some_and(|&n| n > 1)
+    }
 }
 
 #[cfg(test)]

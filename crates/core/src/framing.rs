@@ -7,20 +7,17 @@
 //! Each later view costs as much as a few thousand points.
 
 mod outline;
-mod stray;
-mod viewed_points;
 
 use std::cell::Cell;
 
 use glam::DVec3;
+use outline::{FINE_CELLS, OutlinePoints, select_outermost_points};
 use raywright_bvh::Aabb;
 
 use crate::camera::direction_from_angles;
 use crate::generate::all_objects;
 use crate::lookup::SceneLookup;
 use crate::scene::{Camera, MeshData, Pinhole, Pose, Projection, Scene, Shape};
-use outline::{FINE_CELLS, OutlinePoints, select_outermost_points};
-use viewed_points::ViewedPoints;
 
 /// Fraction of the picture's width or height that a framed silhouette fills, whichever limits its
 /// size.
@@ -140,11 +137,11 @@ impl Silhouette {
     pub fn from_scene(scene: &Scene) -> Self {
         let lookup = SceneLookup::new(scene);
         let outlines = OutlinePoints::from_scene(scene, &lookup);
-        let view = stray::find_view_bounds(&outlines.object_patches(scene));
+        let view = find_view_bounds(&outlines.object_patches(scene));
         let has_stray_parts = Cell::new(outlines.has_stray_parts);
         let visit_points = |visit: &mut dyn FnMut(DVec3)| {
             outlines.visit_points(scene, &mut |point| match view
-                .is_some_and(|view| !stray::contains(&view, point))
+                .is_some_and(|view| !contains(&view, point))
             {
                 true => has_stray_parts.set(true),
                 false => visit(point),
@@ -380,6 +377,147 @@ impl AreaWeightedNormals {
 /// Returns the position of a mesh's vertex, in the mesh's own space.
 fn mesh_vertex_position(data: &MeshData, index: u32) -> DVec3 {
     data.positions.position(index as usize)
+}
+
+// Points in front of a camera that looks along an axis, and the distance from which all of them
+// are in the picture.
+
+/// Points in coordinates along right, up and back of a view, relative to the middle of the points.
+/// The sides of the view are slanted, because its width grows with the distance.
+pub(super) struct ViewedPoints {
+    pub points: Vec<DVec3>,
+    /// Half the width and half the height of the view, per unit of distance; 0 in a parallel view.
+    pub slopes: [f64; 2],
+}
+
+impl ViewedPoints {
+    /// Returns how far the points extend towards both sides of an axis, in coordinates slanted by
+    /// `slope`. A camera at (x, y, d) has a point p between its sides where |p.x - x| <= slope * (d
+    /// - p.z).
+    fn slanted_extents(&self, axis: usize, slope: f64) -> [f64; 2] {
+        let mut extents = [f64::NEG_INFINITY; 2];
+        for point in &self.points {
+            let (along, depth) = (point.to_array()[axis], slope * point.z);
+            for (extent, value) in extents.iter_mut().zip([depth + along, depth - along]) {
+                // Plain comparisons: `f64::max` also orders NaN, which takes three instructions more.
+                if value > *extent {
+                    *extent = value;
+                }
+            }
+        }
+        extents
+    }
+
+    /// Returns the least distance from the middle at which a camera has all points in its picture.
+    /// The camera is at least `room` away from the nearest point.
+    pub fn least_distance(&self, room: f64) -> f64 {
+        let [across, upright] = [0, 1].map(|axis| {
+            let slope = self.slopes[axis];
+            self.slanted_extents(axis, slope).iter().sum::<f64>() / (2.0 * slope)
+        });
+        let nearest = self
+            .points
+            .iter()
+            .map(|p| p.z)
+            .fold(f64::NEG_INFINITY, f64::max);
+        across.max(upright).max(nearest + room)
+    }
+
+    /// Returns the height of a parallel view, with this ratio of width to height, that has all points
+    /// in its picture.
+    pub fn parallel_height(&self, aspect: f64) -> f64 {
+        let [across, upright] =
+            [0, 1].map(|axis| self.slanted_extents(axis, 0.0).iter().sum::<f64>());
+        upright.max(across / aspect)
+    }
+
+    /// Returns the position of the silhouette's centre along right and up, for a camera at this
+    /// distance from the middle.
+    pub fn silhouette_centre(&self, distance: f64) -> [f64; 2] {
+        [0, 1].map(|axis| self.silhouette_centre_on_axis(axis, distance))
+    }
+
+    /// Returns the position of the silhouette's centre along an axis. Bisection finds the slope of
+    /// the view's sides for which `distance` would be the least distance.
+    fn silhouette_centre_on_axis(&self, axis: usize, distance: f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.slopes[axis]);
+        for _ in 0..48 {
+            let slope = 0.5 * (low + high);
+            let [one, other] = self.slanted_extents(axis, slope);
+            if one + other > 2.0 * slope * distance {
+                low = slope;
+            } else {
+                high = slope;
+            }
+        }
+        let [one, other] = self.slanted_extents(axis, high);
+        0.5 * (one - other)
+    }
+}
+
+// Stray parts of a scene: surfaces so small and so far away that a view of the whole scene would
+// show nothing.
+
+/// Greatest number of surfaces that are examined. Of more surfaces, every n-th is.
+const EXAMINED: usize = 1 << 14;
+/// Greatest part of the surface that is stray.
+const SHARE: f64 = 1e-3;
+/// Least distance of a stray part from the other surfaces, in multiples of their extent.
+const DISTANCE: f64 = 250.0;
+
+/// Bounds and area of a surface.
+pub(super) type Patch = (Aabb, f64);
+
+/// Returns every n-th of some patches, so that few are examined.
+pub(super) fn examine(patches: impl Iterator<Item = Patch>, count: usize) -> Vec<Patch> {
+    patches
+        .step_by(count.div_ceil(EXAMINED).max(1))
+        .filter(|(bounds, area)| bounds.extent().is_finite() && area.is_finite())
+        .collect()
+}
+
+/// Returns the bounds outside of which surfaces are stray; `None` if a greater part of the surface
+/// lies there. The other surfaces have their centres within the quantiles of area on each axis.
+pub(super) fn find_view_bounds(patches: &[Patch]) -> Option<Aabb> {
+    let total: f64 = patches.iter().map(|(_, area)| area).sum();
+    let mut centres = Aabb::EMPTY;
+    let mut order: Vec<&Patch> = patches.iter().collect();
+    for axis in 0..3 {
+        let at = |patch: &Patch| patch.0.centre()[axis];
+        order.sort_by(|a, b| at(a).total_cmp(&at(b)));
+        let mut area = 0.0;
+        for patch in &order {
+            let before = area;
+            area += patch.1;
+            if area > SHARE * total && before < (1.0 - SHARE) * total {
+                centres.min[axis] = centres.min[axis].min(at(patch));
+                centres.max[axis] = centres.max[axis].max(at(patch));
+            }
+        }
+    }
+    let body = patches
+        .iter()
+        .filter(|(bounds, _)| contains(&centres, bounds.centre()))
+        .fold(Aabb::EMPTY, |body, (bounds, _)| body.union(*bounds));
+    if body.is_empty() {
+        return None;
+    }
+    let margin = DVec3::splat(DISTANCE * body.extent().max_element());
+    let view = Aabb {
+        min: body.min - margin,
+        max: body.max + margin,
+    };
+    let stray: f64 = patches
+        .iter()
+        .filter(|(bounds, _)| !contains(&view, bounds.centre()))
+        .map(|(_, area)| area)
+        .sum();
+    (stray <= SHARE * total).then_some(view)
+}
+
+/// Whether a box contains a point.
+pub(super) fn contains(bounds: &Aabb, point: DVec3) -> bool {
+    point.cmpge(bounds.min).all() && point.cmple(bounds.max).all()
 }
 
 #[cfg(test)]

@@ -4,11 +4,9 @@
 mod camera_samples;
 mod corner_samples;
 mod feature_edges;
-mod first_hits;
 mod output;
 mod queue;
 mod sample_stream;
-mod stage;
 mod tile_job;
 
 use core::marker::PhantomData;
@@ -18,7 +16,6 @@ use raywright_bvh::Real;
 
 pub use self::output::RenderOutput;
 use self::queue::{WorkQueue, WorkUnit};
-pub use self::stage::RenderStage;
 use self::tile_job::TileJob;
 use crate::camera::PreparedCamera;
 use crate::film::{Film, FilmPart, TileUpdate};
@@ -26,6 +23,7 @@ use crate::integrator::LightTransport;
 use crate::observer::Observer;
 use crate::prepare::PreparedScene;
 use crate::settings::Settings;
+pub use output::RenderStage;
 
 /// Renders the samples of `part` that the film lacks, on the current thread pool. Each pass over
 /// the picture adds some samples of one replicate. So a stopped render has nearly equal numbers of

@@ -1,8 +1,5 @@
 //! Settings of a render: every choice that the command line can override, as plain values.
 
-mod check;
-mod rungs;
-
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 use serde::{Deserialize, Serialize};
 
@@ -11,11 +8,6 @@ use crate::effects::EffectSet;
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{Camera, Integrator, SamplePattern, Scene};
-pub use check::SettingsError;
-pub use rungs::{
-    AreaShadows, LightSampling, MicrofacetEnergy, PrecisionChoice, RouletteStart, SamplerKind,
-    SkyChoice,
-};
 
 /// Returns the default number of replicates. Replicates are independent parts of a pixel's samples,
 /// from which errors are estimated. Their number is as small as possible, because the samples of a
@@ -299,6 +291,173 @@ impl Settings {
     }
 }
 
+// Settings with a fixed list of values, which are the rungs (quality levels) of ladders. Each
+// setting has a default.
+
+/// Precision of the arithmetic (`--precision`). In all precisions, the same `f32` random numbers
+/// determine positions in the pixel, on the lens and on lights. So pictures differ only by
+/// rounding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[doc(alias = "Float")]
+pub enum PrecisionChoice {
+    /// Numbers are stored in `f32`. Intersections avoid cancellation and decide hits in `f64`.
+    #[default]
+    Robust,
+    /// All numbers are stored and computed in `f64`.
+    Reference,
+}
+
+/// Strategy by which path tracing finds area lights. All strategies are unbiased and differ only in
+/// noise. Two kinds of light are found in one manner whatever the strategy. Lights without size are
+/// sampled directly. Lights seen in a mirror or through smooth glass are hit by paths.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[doc(alias("BVHLightSampler", "PowerLightSampler"))]
+pub enum LightSampling {
+    /// Paths hit lights by chance (BSDF sampling).
+    Scattering,
+    /// Each vertex samples a point on one light (light sampling).
+    Lights,
+    /// BSDF and light sampling, combined by multiple importance sampling.
+    #[default]
+    Both,
+}
+
+/// Choice of the sky's directions that path tracing samples. Both choices are unbiased and differ
+/// only in noise and time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[doc(alias("portal", "light portal"))]
+pub enum SkyChoice {
+    /// By the sky's radiance.
+    Power,
+    /// By the light that reaches each part of the scene, where walls hide most of the sky. It is
+    /// found before the first sample, by a million rays.
+    #[default]
+    Openings,
+}
+
+/// Treatment of light that scatters several times between microfacets, under path tracing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MicrofacetEnergy {
+    /// Light scattered more than once between microfacets is lost.
+    Single,
+    /// The lost light is compensated, so white metal reflects all light.
+    #[default]
+    Compensated,
+}
+
+/// Source of the random numbers of a pixel's samples. All sources are unbiased and differ only in
+/// noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[doc(alias("ZSobolSampler", "IndependentSampler"))]
+pub enum SamplerKind {
+    /// Independent random numbers.
+    Independent,
+    /// Jittered grids of four by four numbers, one grid per sixteen samples.
+    Stratified,
+    /// Points of a scrambled Sobol sequence.
+    #[default]
+    Sobol,
+}
+
+/// Start of Russian roulette along a path, by the number of path segments (from hit to hit). The
+/// choices are unbiased; they differ in time and noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum RouletteStart {
+    /// From the first surface of a path on, with the probability of its absorption.
+    Early,
+    /// From the third segment of a path on, while the throughput is below a half.
+    #[default]
+    Late,
+    /// Never, except for paths without a limit, which only Russian roulette ends.
+    Off,
+}
+
+/// Point of an area light that must be visible for the light to arrive. It determines whether
+/// shadows are hard or soft.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum AreaShadows {
+    /// The centre of the light: hard shadows.
+    Hard,
+    /// The sampled point on the light: unbiased penumbras.
+    #[default]
+    Soft,
+}
+
+// Validation of settings before preparation.
+
+/// Error: a setting is out of range.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// Width or height of the picture is zero or too large.
+    #[error("the size {} x {} pixels is out of range: width and height must be 1 to {} pixels", .0[0], .0[1], Settings::MOST_EDGE)]
+    Size([u32; 2]),
+    /// The crop is empty or extends outside the picture.
+    #[error("the crop of {} x {} pixels at column {}, row {} is empty or extends outside the picture of {} x {} pixels; choose a rectangle inside the picture", .crop.width, .crop.height, .crop.x, .crop.y, .size[0], .size[1])]
+    Crop {
+        /// The crop.
+        crop: Crop,
+        /// Size of the picture.
+        size: [u32; 2],
+    },
+    /// The number of samples per pixel is zero or too large.
+    #[error("{0} samples per pixel are out of range: the number must be 1 to {most}", most = Settings::MOST_SAMPLES)]
+    Samples(u32),
+    /// The greatest number of segments of a path is zero.
+    #[error(
+        "the greatest number of path segments is 0, but must be at least 1, because the camera ray is the first segment"
+    )]
+    Depth,
+    /// A value that must be above zero is zero, negative, NaN or infinite.
+    #[error("the setting `{name}` is {value}, but must be a finite number above 0")]
+    Number {
+        /// Name of the field.
+        name: &'static str,
+        /// Value of the field.
+        value: f64,
+    },
+}
+
+impl Settings {
+    /// Checks that all settings are in range. Preparation makes this check first.
+    ///
+    /// # Errors
+    /// The first setting that is out of range, as [`SettingsError`].
+    pub fn check(&self) -> Result<(), SettingsError> {
+        if !self
+            .size
+            .iter()
+            .all(|edge| (1..=Self::MOST_EDGE).contains(edge))
+        {
+            return Err(SettingsError::Size(self.size));
+        }
+        let fits = |start: u32, extent: u32, whole: u32| {
+            extent > 0 && start.checked_add(extent).is_some_and(|end| end <= whole)
+        };
+        if let Some(crop) = self.crop
+            && !(fits(crop.x, crop.width, self.size[0]) && fits(crop.y, crop.height, self.size[1]))
+        {
+            return Err(SettingsError::Crop {
+                crop,
+                size: self.size,
+            });
+        }
+        if let Sampling::General(count) = self.sampling
+            && !(1..=Self::MOST_SAMPLES).contains(&count)
+        {
+            return Err(SettingsError::Samples(count));
+        }
+        if self.max_depth == 0 {
+            return Err(SettingsError::Depth);
+        }
+        for (name, value) in [("clamp", self.clamp), ("max_error", self.max_error)] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                return Err(SettingsError::Number { name, value });
+            }
+        }
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -316,5 +475,150 @@ mod tests {
             assert_eq!(default_replicates(samples), expected, "{samples}");
         }
         assert_eq!(default_replicates(u32::MAX), 4);
+    }
+}
+
+#[cfg(test)]
+mod check_tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    fn settings() -> Settings {
+        let scene: Scene = serde_json::from_str(r#"{ "format": 1 }"#).expect("an empty scene");
+        Settings {
+            size: [8, 6],
+            sampling: Sampling::General(16),
+            ..Settings::from_scene(&scene)
+        }
+    }
+
+    /// Protects: the least and the greatest value of each number pass, values beyond them are
+    /// refused with the name of their field, and no sum overflows.
+    #[test]
+    fn limits_are_kept() {
+        type E = SettingsError;
+        let (right, maximum) = (settings(), Settings::MOST_EDGE);
+        let crop = |x, y, width, height| Settings {
+            crop: Some(Crop {
+                x,
+                y,
+                width,
+                height,
+            }),
+            ..settings()
+        };
+        let count = |count| Settings {
+            sampling: Sampling::General(count),
+            ..settings()
+        };
+        let depth = |max_depth| Settings {
+            max_depth,
+            ..settings()
+        };
+        let clamp = |value| Settings {
+            clamp: Some(value),
+            ..settings()
+        };
+        for good in [
+            Settings {
+                size: [1, maximum],
+                ..settings()
+            },
+            crop(0, 0, 8, 6),
+            crop(7, 5, 1, 1),
+            count(1),
+            count(65_536),
+            depth(1),
+            depth(Settings::UNLIMITED),
+            clamp(1e-9),
+        ] {
+            assert_eq!(good.check(), Ok(()), "{good:?}");
+        }
+        let wrong_crop = |crop: Crop| E::Crop {
+            crop,
+            size: right.size,
+        };
+        for (bad, error) in [
+            (
+                Settings {
+                    size: [0, 6],
+                    ..settings()
+                },
+                E::Size([0, 6]),
+            ),
+            (
+                Settings {
+                    size: [6, maximum + 1],
+                    ..settings()
+                },
+                E::Size([6, maximum + 1]),
+            ),
+            (
+                crop(0, 0, 9, 6),
+                wrong_crop(Crop {
+                    x: 0,
+                    y: 0,
+                    width: 9,
+                    height: 6,
+                }),
+            ),
+            (
+                crop(0, 1, 8, 6),
+                wrong_crop(Crop {
+                    x: 0,
+                    y: 1,
+                    width: 8,
+                    height: 6,
+                }),
+            ),
+            (
+                crop(2, 2, 0, 1),
+                wrong_crop(Crop {
+                    x: 2,
+                    y: 2,
+                    width: 0,
+                    height: 1,
+                }),
+            ),
+            (
+                crop(u32::MAX, 0, 2, 1),
+                wrong_crop(Crop {
+                    x: u32::MAX,
+                    y: 0,
+                    width: 2,
+                    height: 1,
+                }),
+            ),
+            (count(0), E::Samples(0)),
+            (count(65_537), E::Samples(65_537)),
+            (depth(0), E::Depth),
+            (
+                clamp(0.0),
+                E::Number {
+                    name: "clamp",
+                    value: 0.0,
+                },
+            ),
+            (
+                clamp(f64::INFINITY),
+                E::Number {
+                    name: "clamp",
+                    value: f64::INFINITY,
+                },
+            ),
+            (
+                Settings {
+                    max_error: Some(-1.0),
+                    ..settings()
+                },
+                E::Number {
+                    name: "max_error",
+                    value: -1.0,
+                },
+            ),
+        ] {
+            assert_eq!(bad.check(), Err(error), "{bad:?}");
+            assert!(error.to_string().len() > 30, "{error}");
+        }
     }
 }

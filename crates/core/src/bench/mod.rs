@@ -19,9 +19,8 @@ use crate::prepare::PrepareError;
 use measure::{BenchedGeometry, measure_scan_and_tree, time_builds};
 
 pub use comparison::{SceneComparison, compare_scene};
-pub(crate) use generated::generate_primitives;
-pub(crate) use generated::generate_rays;
 pub use generated::{GeneratedPrimitive, TOTAL_SPHERE_VOLUME};
+pub(crate) use generated::{generate_primitives, generate_rays};
 pub use measure::{BenchOptions, HitMismatch, QueryCost, ScanTreeTiming};
 pub use statistics::{Crossover, PowerLaw, SampleQuantiles};
 

@@ -1,8 +1,7 @@
 //! Distant cameras show the same picture as near ones, and view fitting.
 
 use super::*;
-use crate::scene::Scene;
-use crate::scene::{Pinhole, Pose};
+use crate::scene::{Pinhole, Pose, Scene};
 use crate::settings::{Aov, PrecisionChoice, Settings};
 use crate::{RenderOutput, prepare};
 

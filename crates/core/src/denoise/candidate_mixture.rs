@@ -8,7 +8,7 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterato
 use rayon::slice::ParallelSliceMut;
 
 use super::candidate_shares::solve_candidate_shares;
-use super::pixel_statistics::{jackknife_colours, replicate_statistics};
+use super::features::{jackknife_colours, replicate_statistics};
 use super::{CANDIDATES, FourReplicates, PixelCandidates, REPLICATE_COUNT};
 
 /// Number of rows of pixels for which one task computes the shares.

@@ -12,7 +12,7 @@ use core::ops::Range;
 
 use raywright_bvh::{SimdTask, run_widest};
 
-use super::pixel_statistics::{FLOOR, jackknife_colours, replicate_statistics};
+use super::features::{FLOOR, jackknife_colours, replicate_statistics};
 use super::{CANDIDATES, FourReplicates, PixelCandidates, REPLICATE_COUNT};
 
 /// Distance in pixels within which neighbours contribute to the shares of a pixel.

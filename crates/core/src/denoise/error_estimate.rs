@@ -20,7 +20,7 @@ use core::array::from_fn;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::block_errors::BlockErrorSums;
-use super::pixel_statistics::{FLOOR, replicate_statistics};
+use super::features::{FLOOR, replicate_statistics};
 use super::plane::PixelPlane;
 use super::{DenoiseOutput, PixelCandidates, REPLICATE_COUNT};
 use crate::film::{BRIGHTEST, EstimateDoubt, Film, FourReplicates, Uncertainty};

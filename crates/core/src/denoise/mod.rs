@@ -37,7 +37,6 @@ mod features;
 mod filter;
 mod filter_rows;
 mod guide;
-mod pixel_statistics;
 mod plane;
 pub(crate) mod requirements;
 mod row_kernels;

@@ -333,8 +333,7 @@ fn relative_error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
     let square = |(pixel, rgb): (usize, &[f32; 3])| {
         rgb.iter()
             .map(|&c| {
-                (f64::from(c) - truth(pixel)).powi(2)
-                    / (truth(pixel).powi(2) + pixel_statistics::FLOOR)
+                (f64::from(c) - truth(pixel)).powi(2) / (truth(pixel).powi(2) + features::FLOOR)
             })
             .sum::<f64>()
     };

@@ -1,13 +1,12 @@
 //! Facts about the visible part of a scene: for each feature, the path in the scene file at which
 //! it is first used.
 
-mod layers;
 mod materials;
 mod scene_parts;
 
 use crate::scene::{Camera, Scene};
 
-use layers::LayerFirstUses;
+use materials::LayerFirstUses;
 
 /// Path, in the scene file, of the first use of a feature; `None` if the scene does not use it.
 type FirstUsePath = Option<String>;

@@ -13,18 +13,16 @@ mod detect;
 mod facts;
 mod kind;
 mod lighting;
-mod set;
 mod setup;
 mod switch;
 mod table;
 
 pub(crate) use facts::MIRROR_ROUGHNESS;
-pub use kind::Effect;
+pub use kind::{Effect, EffectSet};
+#[doc(hidden)]
+pub use kind::{MATERIAL_LAYERS, SWITCHABLE_EFFECTS};
 #[doc(hidden)]
 pub use lighting::{are_objects_lit_by_lights, emits_light, neutral_sky};
-pub use set::EffectSet;
-#[doc(hidden)]
-pub use set::{MATERIAL_LAYERS, SWITCHABLE_EFFECTS};
 #[doc(hidden)]
 pub use setup::assess_effects;
 pub(crate) use setup::{RenderSetup, chosen_integrator};

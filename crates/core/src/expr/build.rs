@@ -4,11 +4,10 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::error::{ExprError, Result};
 use super::function::{CONSTANTS, Operation, find_constant, find_function};
 use super::graph::{ExprGraph, NodeId};
 use super::run::underflow_limit_of_power;
-use super::scope::{ExprScope, Variable};
+use super::scope::{ExprError, ExprScope, Result, Variable};
 use crate::suggest::{find_synonym, most_similar_word};
 
 /// A parsed part of the source: its node in the graph and its span in the text.

@@ -3,10 +3,9 @@
 use std::ops::Range;
 
 use super::build::{GraphBuilder, SourceTerm};
-use super::error::{ExprError, Result};
 use super::function::{FUNCTIONS, Function, NoiseKind, Operation, find_constant, find_function};
 use super::graph::NodeId;
-use super::scope::Variable;
+use super::scope::{ExprError, Result, Variable};
 use crate::noise::MAX_OCTAVES;
 use crate::suggest::{find_synonym, most_similar_word};
 

@@ -29,7 +29,6 @@
 mod bounds;
 mod build;
 mod call;
-mod error;
 mod function;
 mod graph;
 mod parser;
@@ -41,12 +40,10 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-pub use error::ExprError;
 pub use function::{constant_names, function_names};
 pub use graph::Constant;
-pub use program::Program;
-pub use program::ProgramTable;
-pub use scope::{ExprScope, Variable, VariableValues};
+pub use program::{Program, ProgramTable};
+pub use scope::{ExprError, ExprScope, Variable, VariableValues};
 
 /// Greatest length of an expression in bytes.
 const MAX_SOURCE_BYTES: usize = 16 * 1024;

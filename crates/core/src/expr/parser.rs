@@ -13,8 +13,8 @@
 use std::ops::Range;
 
 use super::build::{GraphBuilder, SourceTerm};
-use super::error::{ExprError, Result};
 use super::function::Operation;
+use super::scope::{ExprError, Result};
 use super::{MAX_DEPTH, MAX_SOURCE_BYTES};
 
 /// State of the parser: the tokens, the position among them, and the builder of the graph.

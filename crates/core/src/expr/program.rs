@@ -5,10 +5,9 @@ use core::ops::Range;
 
 use raywright_bvh::scalar::{Real, Vector};
 
-use super::error::{ExprError, Result};
 use super::graph::{Constant, ExprGraph, ExprNode, NodeId};
 use super::run::{Instruction, RegisterFile, RegisterRow};
-use super::scope::{Variable, VariableValues};
+use super::scope::{ExprError, Result, Variable, VariableValues};
 
 /// Greatest number of operations of a program.
 pub(crate) const MAX_OPERATIONS: usize = 1024;

@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::film_layers::FilmLayers;
+use super::film_picture::FilmLayers;
 use super::sums::has_partial_block;
 use crate::denoise::requirements;
 use crate::picture::DataWindow;

@@ -49,7 +49,7 @@ use super::error_estimate::ErrorEstimate;
 use super::estimate::ReplicateStats;
 use super::leave_one_out::LeaveOneOutStats;
 use super::relative_error::FLOOR;
-use super::variance_sum::VarianceSum;
+use super::row_variances::VarianceSum;
 use super::{Film, ReplicateBuffer};
 use crate::counters::POWER_UNITS;
 

@@ -8,8 +8,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::{Aabb, Shape as _};
 
-use super::mesh_vertex_position;
-use super::stray::{Patch, contains, examine, find_view_bounds};
+use super::{Patch, contains, examine, find_view_bounds, mesh_vertex_position};
 use crate::extent::{flattens_surfaces, surface_triangles};
 use crate::generate::{all_objects, objects_with_counts};
 use crate::lookup::SceneLookup;

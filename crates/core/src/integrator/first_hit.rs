@@ -5,7 +5,7 @@ use raywright_bvh::{Hit, Interval, PacketBackoff, Ray, RayPacket, Real, Vector};
 
 use super::PathSegment;
 use crate::interaction::Interaction;
-use crate::prepare::{PreparedMaterial, PreparedScene};
+use crate::prepare::PreparedScene;
 
 /// Data of a first hit for the picture layers besides the colour.
 #[derive(Clone, Copy, Debug)]
@@ -33,11 +33,7 @@ impl FirstHit {
     ) -> Self {
         let interaction = Interaction::from_hit(scene, segment, hit);
         let context = scene.texture_tables.shading_context(&interaction);
-        let albedo = match &scene.materials[interaction.material as usize] {
-            PreparedMaterial::Classic(m) => m.colour.eval_colour(&context),
-            PreparedMaterial::Physical(m) => m.base_colour_at(&context),
-            PreparedMaterial::Unused => Vector::ZERO,
-        };
+        let albedo = scene.materials[interaction.material as usize].base_colour_at(&context);
         Self {
             albedo: albedo.to_f64().to_array(),
             normal: interaction.normal.to_f64().to_array(),

@@ -4,8 +4,7 @@ use raywright_bvh::{Hit, Ray, Real, Vector, prefetch};
 
 use crate::interaction::{Interaction, interpolate_vertex_attribute};
 use crate::prepare::{ObjectMesh, PreparedScene};
-use crate::scene::MOST_UV_SETS;
-use crate::scene::MeshData;
+use crate::scene::{MOST_UV_SETS, MeshData};
 
 /// A segment of a path: its ray, and data carried from segment to segment.
 #[derive(Clone, Copy, Debug)]

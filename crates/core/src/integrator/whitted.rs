@@ -6,10 +6,8 @@
 
 mod classic;
 mod direct_light;
-mod passed_surfaces;
 mod physical;
 mod state;
-mod waiting_paths;
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 

@@ -10,7 +10,7 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::picture::{LINE_RADIANCES, needs_bright_lines};
-use crate::prepare::{PreparedMaterial, PreparedScene};
+use crate::prepare::PreparedScene;
 
 /// Greatest width of a line on one triangle, relative to the distance from the edge to the opposite
 /// corner.
@@ -64,11 +64,7 @@ impl<R: Real> PreparedScene<R> {
 
     fn edge_colour(&self, interaction: &Interaction<R>) -> R::Vec3 {
         let context = self.texture_tables.shading_context(interaction);
-        let colour = match &self.materials[interaction.material as usize] {
-            PreparedMaterial::Classic(m) => m.colour.eval_colour(&context),
-            PreparedMaterial::Physical(m) => m.base_colour_at(&context),
-            PreparedMaterial::Unused => Vector::ZERO,
-        };
+        let colour = self.materials[interaction.material as usize].base_colour_at(&context);
         let is_dark = needs_bright_lines(colour.to_f64().to_array());
         Vector::splat(R::from_f64(LINE_RADIANCES[usize::from(is_dark)]))
     }

@@ -1,7 +1,7 @@
 //! Bounds of a light in space and direction, for sampling many lights ("Importance Sampling of Many
 //! Lights with Adaptive Tree Splitting", Conty Estevez, Kulla 2018).
 
-use core::f64::consts::PI;
+use core::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use raywright_bvh::Aabb;
@@ -65,5 +65,62 @@ impl LightBounds {
     pub fn may_emit(&self, direction: DVec3) -> bool {
         let widest = self.normal_angle + self.emission_angle;
         widest >= PI || self.axis.dot(direction) >= libm::cos(widest) - 1e-6
+    }
+}
+
+// The cone of directions from a point to a sphere, sampled uniformly by solid angle ("Monte Carlo
+// Techniques for Direct Lighting Calculations", Shirley, Wang, Zimmerman 1996).
+
+/// The cone of directions that hit a sphere from a point outside the sphere.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectionCone {
+    axis: DVec3,
+    distance: f64,
+    radius: f64,
+    /// 1 − cos θ for the half-angle θ, computed as sin²θ / (1 + cos θ): this form keeps its digits
+    /// for small spheres.
+    height: f64,
+}
+
+impl DirectionCone {
+    /// Returns the cone of directions from `from` to a sphere. `None` if `from` lies inside or on
+    /// the sphere: then all or half of the directions hit the sphere.
+    pub fn new(centre: DVec3, radius: f64, from: DVec3) -> Option<Self> {
+        let across = centre - from;
+        let distance = across.length();
+        // False for NaN too.
+        (distance > radius && radius > 0.0).then(|| {
+            let share = radius / distance;
+            let sine2 = share * share;
+            let cosine = ((1.0 - share) * (1.0 + share)).sqrt();
+            Self {
+                axis: across / distance,
+                distance,
+                radius,
+                height: sine2 / (1.0 + cosine),
+            }
+        })
+    }
+
+    /// Solid angle in steradians.
+    pub fn solid_angle(&self) -> f64 {
+        TAU * self.height
+    }
+
+    /// Samples a direction of the cone uniformly by solid angle, for two uniform numbers in [0, 1).
+    /// Returns the sphere's outward unit normal where this direction first hits the sphere.
+    pub fn sample_normal(&self, [u, v]: [f64; 2]) -> DVec3 {
+        let (height, turn) = (u * self.height, v * TAU);
+        let sine2 = height * (2.0 - height);
+        // In units of the radius: the distance of the ray from the centre, and the distance from
+        // the ray's closest approach back to its entry. The digits of the normal then do not depend
+        // on the sphere's distance.
+        let ratio = self.distance / self.radius;
+        let past2 = (ratio * ratio * sine2).min(1.0);
+        let (past, entry) = (past2.sqrt(), (1.0 - past2).sqrt());
+        let (cosine, sine) = (1.0 - height, sine2.sqrt());
+        let (along, beside) = (-past * sine - entry * cosine, past * cosine - entry * sine);
+        let ((x, y), (sin, cos)) = (self.axis.any_orthonormal_pair(), libm::sincos(turn));
+        self.axis * along + (x * cos + y * sin) * beside
     }
 }

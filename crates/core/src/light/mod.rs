@@ -19,7 +19,6 @@
 mod bounds;
 mod cdf;
 mod delta;
-mod direction_cone;
 mod emitters;
 mod grid;
 mod irradiance;
@@ -39,10 +38,9 @@ use raywright_bvh::{Aabb, Real, Surface, Vector};
 use emitters::EmitterLanes;
 use grid::visit_directions;
 
-pub use bounds::LightBounds;
+pub use bounds::{DirectionCone, LightBounds};
 pub use delta::DeltaLight;
 pub(crate) use delta::{MOST_PLACED, placed_lights};
-pub use direction_cone::DirectionCone;
 pub use emitters::{EmissionEstimate, EmissionPoint, EmitterList, EmitterStrategy, Emitters};
 pub use grid::SphereGrid;
 pub use irradiance::Irradiance;

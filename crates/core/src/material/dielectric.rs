@@ -6,8 +6,8 @@
 //! Refracted radiance is not scaled by the squared ratio of the indices. A path that enters and
 //! leaves the glass would undo this factor.
 
+use super::fresnel::SmoothInterface;
 use super::ggx::{Ggx, alpha_from_roughness, reflect, sample_wm};
-use super::interface::SmoothInterface;
 use super::lobe_traits::{Directions, ScatteringLobe, sample_disk};
 use super::shading_frame::ShadingFrame;
 use crate::number::{Mask, Number, Vector3};

@@ -4,9 +4,8 @@
 use glam::DVec3;
 
 use super::dielectric::{Dielectric, fresnel as facet_fresnel};
-use super::fresnel::{self, FresnelRule, schlick_weight};
+use super::fresnel::{self, FresnelRule, SmoothInterface, schlick_weight};
 use super::ggx::Ggx;
-use super::interface::SmoothInterface;
 use super::lobe_traits::{Directions, ScatteringLobe, normalize_if_drifted};
 use super::multiple_scattering::{MultipleScattering, mean_reflectance};
 use super::shading_frame::ShadingFrame;

@@ -28,7 +28,6 @@ mod energy;
 mod fresnel;
 mod ggx;
 mod glass_layer;
-mod interface;
 mod lambert;
 mod layer_fields;
 mod layer_lobes;
@@ -50,12 +49,12 @@ mod thin_film;
 
 pub use bsdf::{Bsdf, BsdfSample, MOST_LOBES};
 pub use dielectric::Dielectric;
+pub(crate) use fresnel::SmoothInterface;
 pub use fresnel::{
     FresnelRule, environment_reflectance, fresnel_conductor, fresnel_dielectric, schlick,
     schlick_weight,
 };
 pub(crate) use ggx::Ggx;
-pub(crate) use interface::SmoothInterface;
 pub use lambert::Lambert;
 pub use layer_fields::{LayerFieldEvaluator, LayerFieldTypes};
 pub use layer_lobes::*;

@@ -6,8 +6,9 @@ use super::{
     DEFAULT_PIXELS_PER_DEGREE, MeanAndQuantiles, MetricsError, PictureErrors, check_sizes, flip,
     max_channel_differences, mean_and_quantiles, picture_errors, share_of_pixels_above,
 };
-use crate::display::Display;
+use crate::display::{Display, curve};
 use crate::picture::{Encoding, Picture};
+use crate::scene::TransferCurve;
 
 /// Thresholds in 255ths of the display range. For each threshold, the pixels with a larger
 /// difference are counted.
@@ -215,6 +216,43 @@ fn coverage_errors(a: &Picture, b: &Picture, largest: f64) -> Result<CoverageErr
     })
 }
 
+// Heat map: numbers shown as colours from black through purple and orange to pale yellow.
+
+/// Colours of the scale as display values, at equal steps from 0 to 1. Their luminance increases,
+/// so the map is readable in greyscale too.
+const SCALE: [[f64; 3]; 8] = [
+    [0.00, 0.00, 0.02],
+    [0.14, 0.07, 0.32],
+    [0.34, 0.09, 0.48],
+    [0.58, 0.16, 0.47],
+    [0.81, 0.27, 0.38],
+    [0.95, 0.47, 0.29],
+    [0.99, 0.72, 0.40],
+    [0.99, 0.97, 0.76],
+];
+
+/// Returns a heat map of one number per pixel, row by row from the top. 0 is black; `full` and
+/// greater numbers are pale yellow; NaN stays NaN. The picture is linear. It has the intended
+/// colours under [`Display::PLAIN`](crate::display::Display::PLAIN).
+pub fn heat_map(width: u32, height: u32, values: &[f32], full: f32) -> Picture {
+    let colour = |value: &f32| {
+        let rgb = heat_scale_colour(f64::from(value / full));
+        rgb.map(|x| curve::decode_transfer(TransferCurve::Srgb, x) as f32)
+    };
+    let mut picture = Picture::new(width, height);
+    for (rgb, value) in picture.rgb.iter_mut().zip(values) {
+        *rgb = colour(value);
+    }
+    picture
+}
+
+fn heat_scale_colour(x: f64) -> [f64; 3] {
+    let place = x.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
+    let index = (place as usize).min(SCALE.len() - 2);
+    let (low, high, share) = (SCALE[index], SCALE[index + 1], place - index as f64);
+    [0, 1, 2].map(|c| low[c] + (high[c] - low[c]) * share)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -343,5 +381,40 @@ mod tests {
         let (picture, other) = (ramp(), Picture::new(4, 16));
         let error = compare(linear(&picture), linear(&other), Display::default()).unwrap_err();
         assert_eq!(error, MetricsError::Size(16, 4, 4, 16));
+    }
+}
+
+#[cfg(test)]
+mod heat_tests {
+    use super::*;
+    use crate::display::{Display, NAN_MARKER};
+
+    /// Protects: a larger value always has a higher luminance, so that the map is readable without
+    /// its legend and in grey.
+    #[test]
+    fn luminance_rises_with_the_value() {
+        let values: Vec<f32> = (0..=1000).map(|i| i as f32 / 500.0).collect();
+        let picture = heat_map(1001, 1, &values, 2.0);
+        let luminance: Vec<f64> = picture
+            .rgb
+            .iter()
+            .map(|rgb| curve::luminance(rgb.map(f64::from)))
+            .collect();
+        assert!(luminance.windows(2).all(|pair| pair[0] < pair[1]));
+        assert!(luminance[0] < 0.01 && luminance[1000] > 0.85);
+    }
+
+    /// Protects: values beyond the scale get its end colours, and NaN gets no colour of the scale.
+    #[test]
+    fn ends_and_nan_are_defined() {
+        let map = |value| {
+            Display::PLAIN
+                .build_map()
+                .display_values(heat_map(1, 1, &[value], 0.5).rgb[0])
+        };
+        assert_eq!(map(-1.0), map(0.0));
+        assert_eq!(map(0.5), map(f32::INFINITY));
+        assert_ne!(map(0.25), map(0.5));
+        assert_eq!(map(f32::NAN), NAN_MARKER);
     }
 }

@@ -4,17 +4,15 @@
 mod comparison;
 mod errors;
 mod flip;
-mod heat;
 mod noise;
 mod statistics;
 
-pub use comparison::{ComparedPicture, Comparison, CoverageErrors, ShareAboveThreshold, compare};
-pub(crate) use errors::RELATIVE_FLOOR;
-pub(crate) use errors::picture_errors;
-pub(crate) use errors::share_of_pixels_above;
+pub use comparison::{
+    ComparedPicture, Comparison, CoverageErrors, ShareAboveThreshold, compare, heat_map,
+};
 pub use errors::{PictureErrors, WorstPixel, max_channel_differences};
+pub(crate) use errors::{RELATIVE_FLOOR, picture_errors, share_of_pixels_above};
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip};
-pub use heat::heat_map;
 pub use noise::{NoiseTestResult, PictureWithErrors, TestedBlock, test_against_noise};
 pub use statistics::{MeanAndQuantiles, mean_and_quantiles, student_factor_95};
 

@@ -26,7 +26,6 @@ macro_rules! each_lane {
 mod angles;
 mod lanes;
 mod logarithms;
-mod mask;
 #[cfg(test)]
 mod tests;
 
@@ -35,9 +34,8 @@ use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub(crate) use angles::{angle_above_axis, sines_and_cosines};
 use glam::DVec3;
-pub use lanes::{Lanes, Vec3Lanes};
+pub use lanes::{LaneMask, Lanes, Vec3Lanes};
 pub(crate) use logarithms::{exp, expm1, log1p};
-pub use mask::LaneMask;
 use raywright_bvh::{Real, Vector};
 
 /// A number in each of [`Self::LANES`] lanes. Each lane shades one path.

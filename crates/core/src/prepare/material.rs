@@ -71,6 +71,15 @@ impl<R: Real> PreparedMaterial<R> {
         }
     }
 
+    /// Returns the base colour at a hit.
+    pub fn base_colour_at(&self, context: &ShadingContext<'_, R>) -> R::Vec3 {
+        match self {
+            Self::Classic(m) => m.colour.eval_colour(context),
+            Self::Physical(m) => m.base_colour_at(context),
+            Self::Unused => R::Vec3::ZERO,
+        }
+    }
+
     /// Returns alpha, the coverage, at a hit.
     pub fn alpha_at(&self, context: &ShadingContext<'_, R>) -> R {
         if let Self::Physical(m) = self {

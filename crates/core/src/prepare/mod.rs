@@ -46,8 +46,7 @@ pub use faults::LightRays;
 pub(crate) use faults::{lost_object, unreached_light, unresolved_object};
 pub(crate) use geometry::{ObjectMesh, ObjectRecord, UniformSurface, build_geometry};
 pub use light_leaks::LampRef;
-pub(crate) use light_leaks::LightLeak;
-pub(crate) use light_leaks::UnresolvedGap;
+pub(crate) use light_leaks::{LightLeak, UnresolvedGap};
 pub(crate) use material::{
     AnisotropyFrame, ClassicInputs, ConstantIor, FilmThickness, InputFieldTypes, LayeredInputs,
     PhysicalInputs, PhysicalTransmission, PreparedMaterial, ReflectionInputs, RefractiveIndex,
@@ -56,9 +55,8 @@ pub(crate) use material::{
 use material_set::MaterialSet;
 pub(crate) use medium::{PreparedMedium, ROUNDING, RaySegment};
 use prepared_scene::PreparedParts;
-pub(crate) use prepared_scene::PreparedScene;
-pub(crate) use prepared_scene::PreparedSpawnRule;
 pub use prepared_scene::TableSizes;
+pub(crate) use prepared_scene::{PreparedScene, PreparedSpawnRule};
 
 impl<R: Real> PreparedScene<R> {
     /// Prepares a scene for rendering with the simulated effects. Tables of other effects stay

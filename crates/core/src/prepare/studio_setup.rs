@@ -6,7 +6,6 @@ use core::f64::consts::PI;
 use glam::DVec3;
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
-use super::material::PreparedMaterial;
 use super::prepared_scene::PreparedScene;
 use super::studio::{Backdrop, StudioGround};
 use crate::camera::{direction_from_angles, eye_and_axes};
@@ -193,11 +192,7 @@ impl<R: Real> PreparedScene<R> {
             let context = self.texture_tables.shading_context(&interaction);
             let material = &self.materials[interaction.material as usize];
             if material.alpha_at(&context) >= R::from_f64(least_alpha) {
-                let colour = match material {
-                    PreparedMaterial::Classic(m) => m.colour.eval_colour(&context),
-                    PreparedMaterial::Physical(m) => m.base_colour_at(&context),
-                    PreparedMaterial::Unused => Vector::ZERO,
-                };
+                let colour = material.base_colour_at(&context);
                 let light = colour.to_f64() * LIT + material.emission_at(&context).to_f64();
                 // The luminance is taken of the sRGB-encoded colour, because a saturated colour
                 // looks brighter than its linear luminance.

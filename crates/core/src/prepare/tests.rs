@@ -5,8 +5,7 @@ use serde_json::json;
 
 use super::*;
 use crate::light::DeltaLight;
-use crate::scene::Integrator;
-use crate::scene::{ImageData, MeshSource, PixelData};
+use crate::scene::{ImageData, Integrator, MeshSource, PixelData};
 
 /// A mesh used once directly and twice by instances, under two textures of one image.
 fn textured() -> Scene {

@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use raywright_bvh::Real;
 
-use super::first_hits::FirstHitSums;
+use super::output::FirstHitSums;
 use super::sample_stream::{SampleBatch, SampleStream};
 use super::tile_job::{TileJob, quantise_coverage_and_shadow};
 use crate::film::{BlockAccumulator, PixelSums, ReplicateBuffer, SampleAccumulator};

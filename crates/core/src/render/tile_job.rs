@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use raywright_bvh::Real;
 
-use super::first_hits::FirstHitSums;
+use super::output::FirstHitSums;
 use super::sample_stream::{SampleBatch, SampleStream};
 use crate::camera::PreparedCamera;
 use crate::counters::Counters;

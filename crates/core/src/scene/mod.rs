@@ -16,7 +16,6 @@ mod light;
 mod material;
 mod medium;
 mod mesh;
-mod model;
 mod object;
 mod parameter;
 mod positions;
@@ -42,8 +41,7 @@ pub use mesh::{
     ColourSpace, Image, ImageData, Mesh, MeshData, MeshSource, ModelSelection, PixelData, Texture,
     TextureFilter, WrapMode,
 };
-pub use model::ModelFile;
-pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};
+pub use object::{Generator, GeneratorKind, ModelFile, Object, Shape, SideRule, TransformStep};
 pub use parameter::{Parameter, ParameterRange};
 pub use positions::VertexPositions;
 #[doc(hidden)]

@@ -3,7 +3,9 @@
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
-use super::super::PathSegment;
+use super::super::{MOST_PASSAGES, PathSegment};
+use super::WhittedTracer;
+use crate::interaction::Interaction;
 use crate::sampler::{PathBranch, SampleAddress};
 
 /// State of a path: all data on which its next segment depends, as plain numbers.
@@ -87,5 +89,107 @@ impl<R: Real> WhittedState<R> {
             _ => self.remaining_segments = 0,
         }
         side_branch
+    }
+}
+
+// Stack of paths that wait until their side branches end.
+
+/// Number of side branches between checks for cancellation.
+const DIVISIONS: u32 = 4096;
+
+impl<R: Real> WhittedTracer<'_, R> {
+    /// Pushes a path onto the stack of waiting paths, and continues with its side branch. Not
+    /// inlined: most paths never branch.
+    #[inline(never)]
+    pub(super) fn defer_path(&mut self, path: &mut WhittedState<R>, side_branch: WhittedState<R>) {
+        self.divisions = self.divisions.wrapping_add(1);
+        if self.divisions.is_multiple_of(DIVISIONS) && self.observer.is_cancelled() {
+            self.stopped = true;
+        }
+        if self.stopped {
+            self.waiting_paths.clear();
+            path.remaining_segments = 0;
+        } else {
+            self.waiting_paths
+                .push(core::mem::replace(path, side_branch));
+        }
+    }
+
+    /// Replaces an ended path by the path that waits for it, if any. Returns whether a path
+    /// continues.
+    #[inline(always)]
+    pub(super) fn resume_waiting_path(&mut self, path: &mut WhittedState<R>) -> bool {
+        !self.waiting_paths.is_empty() && self.pop_waiting_path(path)
+    }
+
+    /// Adds an ended path to the path that waits for it, and continues the first waiting path that
+    /// has segments left. Returns whether a path continues.
+    #[inline(never)]
+    fn pop_waiting_path(&mut self, path: &mut WhittedState<R>) -> bool {
+        while let Some(before) = self.waiting_paths.pop() {
+            let state = core::mem::replace(path, before);
+            path.radiance += state.radiance;
+            path.coverage += state.coverage;
+            path.passages = state.passages;
+            // The waiting path may itself have no segments left.
+            if path.remaining_segments > 0 {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+// Surfaces that a path passes without a change of direction.
+
+impl<R: Real> WhittedTracer<'_, R> {
+    /// Continues a path in the same direction beyond a surface, with its new throughput. Takes no
+    /// segment.
+    pub(super) fn pass_through_surface(
+        &mut self,
+        path: &mut WhittedState<R>,
+        interaction: &Interaction<R>,
+        throughput: R::Vec3,
+    ) {
+        let rest = path.segment.direction_error;
+        path.segment
+            .advance_to_ray(&self.ray_behind_surface(path, interaction), rest);
+        path.throughput = throughput;
+        path.address.bounce += 1;
+        self.count_passed_surface(path);
+    }
+
+    /// Continues a path beyond an index-matched boundary, which only tints its throughput.
+    pub(super) fn pass_index_matched_boundary(
+        &mut self,
+        path: &mut WhittedState<R>,
+        interaction: &Interaction<R>,
+        throughput: R::Vec3,
+    ) {
+        self.counters.refraction += 1;
+        path.coverage += core::mem::replace(&mut path.share, R::ZERO);
+        path.is_camera_ray = false;
+        self.pass_through_surface(path, interaction, throughput);
+    }
+
+    /// Returns the ray that continues a path's ray beyond a surface.
+    pub(super) fn ray_behind_surface(
+        &self,
+        path: &WhittedState<R>,
+        interaction: &Interaction<R>,
+    ) -> Ray<R> {
+        Ray {
+            is_camera_ray: path.segment.ray.is_camera_ray,
+            ..self.scene.spawn_straight_ray(interaction)
+        }
+    }
+
+    /// Counts a surface that a path passed unchanged, and ends the path if it passed too many.
+    pub(super) fn count_passed_surface(&mut self, path: &mut WhittedState<R>) {
+        path.passages += 1;
+        if path.passages > MOST_PASSAGES {
+            path.remaining_segments = 0;
+            self.counters.cut_short += 1;
+        }
     }
 }

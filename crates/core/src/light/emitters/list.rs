@@ -200,18 +200,23 @@ impl<R: Real> EmitterList<R> {
         side: Side,
         area: Option<f64>,
     ) -> f64 {
-        let EmissionEstimate {
-            radiance,
-            varies,
-            passable,
-        } = emission;
         let area = area.unwrap_or_else(|| finite_or_zero(shape.area()));
         let plane = EmitterPlane::from_shape(&shape);
+        self.push_emitter((EmitterShape::Plain(shape), plane), emission, side, area)
+    }
+
+    fn push_emitter(
+        &mut self,
+        (shape, plane): (EmitterShape<R>, Option<EmitterPlane>),
+        emission: EmissionEstimate<R>,
+        side: Side,
+        area: f64,
+    ) -> f64 {
         self.emitters.push(Emitter {
-            shape: EmitterShape::Plain(shape),
-            radiance,
-            varies,
-            passable,
+            shape,
+            radiance: emission.radiance,
+            varies: emission.varies,
+            passable: emission.passable,
             side,
             area,
             cells: None,
@@ -272,26 +277,10 @@ impl<R: Real> EmitterList<R> {
         side: Side,
         area: Option<f64>,
     ) -> f64 {
-        let EmissionEstimate {
-            radiance,
-            varies,
-            passable,
-        } = emission;
         let area = area.unwrap_or_else(|| finite_or_zero(transformed_shape.area()));
         let form = EmitterShape::Transformed(self.transformed_shapes.len() as u32);
         self.transformed_shapes.push(transformed_shape);
-        self.emitters.push(Emitter {
-            shape: form,
-            radiance,
-            varies,
-            passable,
-            side,
-            area,
-            cells: None,
-            plane: None,
-            is_second: false,
-        });
-        area
+        self.push_emitter((form, None), emission, side, area)
     }
 }
 
