@@ -2,10 +2,9 @@
 //! output contains control characters of terminals.
 
 use std::borrow::Cow;
-use std::env;
-use std::fmt;
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::{env, fmt};
 
 use clap::ValueEnum;
 use raywright_core::bvh::stdout_was_closed;

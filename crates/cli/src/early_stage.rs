@@ -14,10 +14,9 @@ use raywright_core::memory::{AllocationRefusal, limit_heap, set_heap_refusal_han
 use raywright_io::format_bytes;
 use raywright_io::report::format_duration;
 
-use crate::console;
 use crate::failure::{Exit, Failure};
 use crate::preparation::NOTHING_KEPT;
-use crate::threads;
+use crate::{console, threads};
 
 /// Whether a run is in its early stage, loading and preparation. A thread must clear this flag
 /// before it ends the stage or the program, so that only one thread does either.

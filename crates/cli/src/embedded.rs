@@ -66,7 +66,7 @@ impl EmbeddedCommand {
     pub fn load_options(&self) -> LoadOptions {
         match &self.command {
             Command::Render(args) => {
-                plan::build_load_options(&args.changes, args.machine.max_memory)
+                plan::build_load_options(&args.changes, args.machine.limits.max_memory)
             }
             Command::Accuracy(args) => plan::build_load_options(&args.changes, args.max_memory),
             Command::Explain(args) => plan::build_load_options(&args.changes, None),
@@ -77,7 +77,7 @@ impl EmbeddedCommand {
     /// Returns the requested number of threads; `None`: one for each processor.
     pub fn thread_count(&self) -> Option<u32> {
         match &self.command {
-            Command::Render(args) => args.machine.threads,
+            Command::Render(args) => args.machine.limits.threads,
             Command::Accuracy(args) => args.threads,
             _ => None,
         }

@@ -1,8 +1,7 @@
 //! Failures of a run: the exit codes that scripts rely on, and the single message of each failure.
 
-use std::fmt;
-use std::io;
 use std::process::ExitCode;
+use std::{fmt, io};
 
 use raywright_io::{Error, ErrorKind};
 

@@ -29,7 +29,6 @@ mod early_stage;
 mod interrupt;
 mod machine;
 mod notes;
-mod observer;
 mod origin;
 mod plan;
 mod preparation;

@@ -5,10 +5,9 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use raywright_core::Observer;
 use raywright_core::fault::FaultKind;
 use raywright_core::suggest::most_similar_word;
-use raywright_core::{RenderOutput, Settings, measure_scene_extent};
+use raywright_core::{Observer, RenderOutput, Settings, measure_scene_extent};
 use raywright_io::{
     Error, ErrorKind, Input, LightShortage, Limits, LoadOptions, LoadedScene, SceneFormat,
     list_scenes_and_models, load_observed, presets,
@@ -18,8 +17,7 @@ use crate::args::DEFAULT_PRESET;
 use crate::early_stage::EarlyStageGuard;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::observer::RunObserver;
-use crate::progress::Progress;
+use crate::progress::{Progress, RunObserver};
 
 /// Loads and validates a scene by its name on the command line, and records its warnings.
 pub fn load_with_notes(

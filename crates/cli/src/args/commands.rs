@@ -13,7 +13,9 @@ use raywright_core::ladder::{Ladder, build_quality_of_rung};
 use raywright_core::scene::{Integrator, ToneMap, TransferCurve};
 use raywright_core::stability::RayCount;
 
-use super::{ChoiceArgs, DisplayArgs, Precision, RenderArgs, SceneArgs, hide_flags, names, values};
+use super::{
+    ChoiceArgs, DisplayArgs, LimitArgs, Precision, RenderArgs, SceneArgs, hide_flags, values,
+};
 
 /// Hides the flags that change light and materials alone, which no ray of `bench` meets.
 pub fn hide_light_flags(arg: Arg) -> Arg {
@@ -175,12 +177,12 @@ pub struct CompareArgs {
 
     /// Tone map of .exr pictures in the perceptual comparison [default: as their files say, or
     /// khronos-neutral]
-    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<ToneMap>(), help_heading = "Display of .exr")]
+    #[arg(long, value_name = "NAME", value_parser = values::variant_parser::<ToneMap>(), help_heading = "Display of .exr")]
     pub tonemap: Option<ToneMap>,
 
     /// Transfer curve of .exr pictures in the perceptual comparison [default: as their files say,
     /// or srgb]
-    #[arg(long, value_name = "CURVE", value_parser = names::variant_parser::<TransferCurve>(), help_heading = "Display of .exr")]
+    #[arg(long, value_name = "CURVE", value_parser = values::variant_parser::<TransferCurve>(), help_heading = "Display of .exr")]
     pub gamma: Option<TransferCurve>,
 
     /// Print JSON instead of a table
@@ -238,15 +240,9 @@ pub struct DenoiseArgs {
     #[command(flatten)]
     pub display: DisplayArgs,
 
-    /// Number of threads, at most one for each processor; the picture does not depend on the number
-    /// [default: one for each processor]
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::whole_number::<u32>(1..=1024))]
-    pub threads: Option<u32>,
-
-    /// Limit on memory, in bytes or with K, M or G, such as 2G; work that needs more is refused
-    /// [default: 8G]
-    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
-    pub max_memory: Option<u64>,
+    /// Threads and memory.
+    #[command(flatten)]
+    pub limits: LimitArgs,
 }
 
 /// Arguments of `merge`.
@@ -459,7 +455,7 @@ pub struct AccuracyArgs {
     pub choices: ChoiceArgs,
 
     /// Integrator, the method that computes light [default: the scene's]
-    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<Integrator>())]
+    #[arg(long, value_name = "NAME", value_parser = values::variant_parser::<Integrator>())]
     pub integrator: Option<Integrator>,
 
     /// Total time, such as 90s or 5min; renders end when the time is over
@@ -519,7 +515,7 @@ pub struct StressArgs {
     pub choices: ChoiceArgs,
 
     /// Integrator, the method that computes light [default: the scene's]
-    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<Integrator>())]
+    #[arg(long, value_name = "NAME", value_parser = values::variant_parser::<Integrator>())]
     pub integrator: Option<Integrator>,
 
     /// Arithmetic of rays and surfaces [default: robust]
@@ -535,13 +531,9 @@ pub struct StressArgs {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::parse_duration)]
     pub budget: Duration,
 
-    /// Number of threads, at most one for each processor [default: one for each processor]
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::whole_number::<u32>(1..=1024))]
-    pub threads: Option<u32>,
-
-    /// Refuse work that needs more memory: bytes, or with K, M, G [default: 8G]
-    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
-    pub max_memory: Option<u64>,
+    /// Threads and memory.
+    #[command(flatten)]
+    pub limits: LimitArgs,
 
     /// Mildest kind of finding for which the exit code is 1
     #[arg(long, value_name = "KIND", value_enum, default_value_t)]

@@ -1,19 +1,16 @@
 //! The command line as parsed by clap: names, help texts and parsers of all flags.
 
 mod commands;
-pub mod names;
 mod render;
 mod scene;
 pub mod values;
 
-pub use commands::AccuracyArgs;
 pub use commands::{
-    BenchArgs, CompareArgs, DenoiseArgs, MergeArgs, StabilityArgs, ThresholdArgs, ThumbsArgs,
-    ViewerArgs,
+    AccuracyArgs, BenchArgs, CompareArgs, DeniedSeverity, DenoiseArgs, MergeArgs, StabilityArgs,
+    StressArgs, ThresholdArgs, ThumbsArgs, ViewerArgs,
 };
-pub use commands::{DeniedSeverity, StressArgs};
 pub use render::{
-    Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs,
+    Accelerator, DisplayArgs, FilmArgs, LightArgs, LimitArgs, Precision, ProgressStyle, RenderArgs,
     ReportArgs, ViewArgs,
 };
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};

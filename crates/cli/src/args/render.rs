@@ -13,7 +13,7 @@ use raywright_core::settings::{Aov, Crop, PrecisionChoice};
 use super::values::{
     BackgroundChoice, ExposureChoice, FrameTimes, NamedViews, PictureShare, TevAddress,
 };
-use super::{ChoiceArgs, DEFAULT_PRESET, SceneArgs, names, values};
+use super::{ChoiceArgs, DEFAULT_PRESET, SceneArgs, values};
 
 fn format_examples() -> String {
     format!(
@@ -69,7 +69,7 @@ pub struct RenderArgs {
     /// Layers to add to an .exr output, separated by commas: albedo, normal, position, emission (of
     /// lamps and sky), depth, object, material, edges (lines of --edges), samples (their number), stderr (standard
     /// error)
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names::aov_parser(), hide_possible_values = true)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::aov_parser(), hide_possible_values = true)]
     pub aov: Vec<Aov>,
 
     /// Changes to the scene.
@@ -211,7 +211,7 @@ pub struct ViewArgs {
 pub struct LightArgs {
     /// Integrator; auto takes the integrator that suits the scene [default: the scene's; models
     /// auto]
-    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<Integrator>())]
+    #[arg(long, value_name = "NAME", value_parser = values::variant_parser::<Integrator>())]
     pub integrator: Option<Integrator>,
 
     /// Samples a pixel: time grows with the number, noise falls with its square root. A scene's
@@ -293,11 +293,11 @@ pub struct DisplayArgs {
     pub exposure: Option<ExposureChoice>,
 
     /// Tone map, the compression of bright light [default: the scene's; for models khronos-neutral]
-    #[arg(long, value_name = "NAME", value_parser = names::variant_parser::<ToneMap>())]
+    #[arg(long, value_name = "NAME", value_parser = values::variant_parser::<ToneMap>())]
     pub tonemap: Option<ToneMap>,
 
     /// Transfer curve of pixel values [default: the scene's; for models srgb]
-    #[arg(long, value_name = "CURVE", value_parser = names::variant_parser::<TransferCurve>())]
+    #[arg(long, value_name = "CURVE", value_parser = values::variant_parser::<TransferCurve>())]
     pub gamma: Option<TransferCurve>,
 
     /// Quality of .jpg pictures, from 1 to 100 [default: 90]
@@ -305,10 +305,9 @@ pub struct DisplayArgs {
     pub quality: Option<u8>,
 }
 
-/// Threads, memory and accelerator.
+/// Threads and memory.
 #[derive(Clone, Debug, Default, Args)]
-#[command(next_help_heading = "Machine")]
-pub struct MachineArgs {
+pub struct LimitArgs {
     /// Number of threads, at most one for each processor; the picture does not depend on the number
     /// [default: one for each processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::whole_number::<u32>(1..=1024))]
@@ -318,6 +317,15 @@ pub struct MachineArgs {
     /// [default: 8G]
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::parse_bytes)]
     pub max_memory: Option<u64>,
+}
+
+/// Threads, memory and accelerator.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Machine")]
+pub struct MachineArgs {
+    /// Threads and memory.
+    #[command(flatten)]
+    pub limits: LimitArgs,
 
     /// Acceleration structure; the picture does not depend on the structure [default: bvh]
     #[arg(long, value_name = "NAME", value_enum)]

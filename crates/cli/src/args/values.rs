@@ -3,23 +3,24 @@
 //!
 //! The error of each parser names the expected form; clap adds the flag and its value.
 
-use std::fmt::Display;
+use std::fmt::{self, Display};
 use std::ops::{RangeBounds, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
-use clap::builder::{OsStringValueParser, TypedValueParser};
+use clap::builder::{OsStringValueParser, PossibleValuesParser, TypedValueParser};
 use raywright_core::Settings;
 use raywright_core::display::curve::{encode_transfer, quantise_8_bit};
 use raywright_core::effects::{Effect, SWITCHABLE_EFFECTS};
 use raywright_core::fault::FaultKind;
 use raywright_core::framing::ViewAngles;
 use raywright_core::scene::{Studio, TransferCurve};
-use raywright_core::settings::Crop;
+use raywright_core::settings::{Aov, Crop};
 use raywright_core::sky_picture::SkyPicture;
 use raywright_core::suggest::most_similar_word;
 use raywright_io::{EnvironmentSource, UpAxis, parse_colour};
+use serde::de::{DeserializeOwned, IntoDeserializer};
 
 /// Largest number of samples per pixel.
 pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
@@ -557,5 +558,80 @@ pub fn parse_frame_times(text: &str) -> Result<FrameTimes, String> {
     Ok(FrameTimes { from, to, rate })
 }
 
+// Parsers of flags whose values are the variants of an enum. The accepted names are the enum's
+// serde names, which scene files use too; no second table is kept by hand.
+
+/// Returns a clap parser that accepts the serde names of the unit variants of `T`. Clap lists the
+/// names in the help and suggests the nearest name for a misspelled word.
+pub fn variant_parser<T: DeserializeOwned + Clone + Send + Sync + 'static>()
+-> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(variant_names::<T>())
+        .try_map(|name| parse_variant::<T>(&name).map_err(|_| name))
+}
+
+/// Returns a clap parser for the names of layers of an EXR picture.
+pub fn aov_parser() -> impl TypedValueParser<Value = Aov> {
+    let find = |name: String| {
+        let found = Aov::ALL.into_iter().find(|(known, _)| *known == name);
+        found.map(|(_, aov)| aov).ok_or(name)
+    };
+    PossibleValuesParser::new(Aov::ALL.map(|(name, _)| name)).try_map(find)
+}
+
+/// Error for a name that is no variant of an enum. The field holds the names of all variants.
+#[derive(Debug)]
+pub(crate) struct RefusedVariant(&'static [&'static str]);
+
+impl fmt::Display for RefusedVariant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "expected one of {}", self.0.join(", "))
+    }
+}
+
+impl std::error::Error for RefusedVariant {}
+
+impl serde::de::Error for RefusedVariant {
+    fn custom<M: fmt::Display>(_: M) -> Self {
+        Self(&[])
+    }
+    fn unknown_variant(_: &str, expected: &'static [&'static str]) -> Self {
+        Self(expected)
+    }
+}
+
+/// Parses a variant of `T` by its serde name.
+pub(crate) fn parse_variant<T: DeserializeOwned>(name: &str) -> Result<T, RefusedVariant> {
+    T::deserialize(IntoDeserializer::<RefusedVariant>::into_deserializer(name))
+}
+
+/// Returns the serde names of all variants of `T`, in the order of their declaration.
+fn variant_names<T: DeserializeOwned>() -> &'static [&'static str] {
+    parse_variant::<T>("")
+        .err()
+        .map_or(&[], |RefusedVariant(names)| names)
+}
+
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod names_tests {
+    use raywright_core::scene::{ToneMap, TransferCurve};
+
+    use super::*;
+
+    /// Protects: the flags accept exactly what a scene file accepts.
+    #[test]
+    fn names_are_those_of_the_scene_format() {
+        assert_eq!(
+            variant_names::<ToneMap>(),
+            ["none", "aces", "aces-hill", "agx", "khronos-neutral"]
+        );
+        assert_eq!(variant_names::<TransferCurve>(), ["srgb", "2.2", "none"]);
+        assert_eq!(
+            parse_variant::<ToneMap>("aces-hill").ok(),
+            Some(ToneMap::AcesHill)
+        );
+        assert!(parse_variant::<ToneMap>("filmic").is_err());
+    }
+}

@@ -129,10 +129,15 @@ pub fn run_embedded(
 }
 
 /// Settings, effects and current rungs (quality levels) of a scene.
+#[derive(Serialize)]
 struct EffectSummary {
+    #[serde(skip)]
     settings: Settings,
+    #[serde(flatten)]
     report: EffectReport,
     ladders: Vec<CurrentRung>,
+    /// Search for openings, where the sky lights the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
     openings: Option<OpeningSearch>,
 }
 
@@ -223,33 +228,18 @@ struct ExplainReport<'a> {
     scene: &'a str,
     scene_hash: String,
     #[serde(flatten)]
-    report: &'a EffectReport,
-    ladders: &'a [CurrentRung],
-    /// Search for openings, where the sky lights the scene.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    openings: Option<&'a OpeningSearch>,
+    found: &'a EffectSummary,
     /// Costs of the effects, where `--measure` requests them.
     #[serde(skip_serializing_if = "Option::is_none")]
     costs: Option<&'a EffectCosts>,
 }
 
-fn format_json(
-    loaded: &LoadedScene,
-    EffectSummary {
-        report,
-        ladders,
-        openings,
-        ..
-    }: &EffectSummary,
-    costs: Option<&EffectCosts>,
-) -> String {
+fn format_json(loaded: &LoadedScene, found: &EffectSummary, costs: Option<&EffectCosts>) -> String {
     console::format_json(&ExplainReport {
         format: FORMAT,
         scene: &loaded.source.name,
         scene_hash: loaded.hash.to_string(),
-        report,
-        ladders,
-        openings: openings.as_ref(),
+        found,
         costs,
     })
 }

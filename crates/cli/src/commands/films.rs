@@ -18,9 +18,8 @@ use crate::commands::render::film::read_own_film;
 use crate::commands::render::{messages, write};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
-use crate::observer::RunObserver;
 use crate::preparation::NOTHING_KEPT;
-use crate::progress::Progress;
+use crate::progress::{Progress, RunObserver};
 use crate::session::Session;
 use crate::targets::{OutputFiles, OutputTarget};
 use crate::{origin, plan, targets};
@@ -178,7 +177,7 @@ pub fn run_denoise(mut session: Session, args: &DenoiseArgs) -> Result<(), Failu
     let films = slice::from_ref(&args.film);
     let named = (args.outputs.as_slice(), None);
     let outputs = FilmOutputs::resolve(&mut session, &args.display, named, films)?;
-    let mut kept_film = read_own_film(&args.film, &plan::build_limits(args.max_memory))?;
+    let mut kept_film = read_own_film(&args.film, &plan::build_limits(args.limits.max_memory))?;
     let watch = session.start_work();
     let denoised = session.run(|| denoise(&kept_film.film, &watch));
     if let Err(error) = &denoised {

@@ -27,12 +27,12 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
     match command.unwrap_or_else(|| Command::Render(Box::default())) {
         Command::Render(args) => {
             // `--frames all` loads the scene to learn the length of its animation.
-            let session = open(args.machine.threads)?;
+            let session = open(args.machine.limits.threads)?;
             render::run(session, &RenderTask::new(*args)?)
         }
-        Command::View(args) => view::run(open(args.render.machine.threads)?, *args),
+        Command::View(args) => view::run(open(args.render.machine.limits.threads)?, *args),
         Command::Merge(args) => films::run_merge(open(None)?, &args),
-        Command::Denoise(args) => films::run_denoise(open(args.threads)?, &args),
+        Command::Denoise(args) => films::run_denoise(open(args.limits.threads)?, &args),
         Command::Explain(args) => explain::run(open(None)?, &args),
         Command::Compare(args) => compare::run(open(None)?, &args),
         Command::Info(args) => info::run(open(None)?, &args),
@@ -40,7 +40,7 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
         Command::Accuracy(args) => accuracy::run(open(args.threads)?, &args),
         Command::Bench(args) => bench::run(open(Some(bench::THREADS))?, &args),
         Command::Stability(args) => stability::run(open(None)?, &args),
-        Command::Stress(args) => stress::run(open(args.threads)?, &args),
+        Command::Stress(args) => stress::run(open(args.limits.threads)?, &args),
         Command::Thumbs(args) => thumbs::run(open(None)?, &args),
         Command::Presets(args) => documentation::print_presets(&args),
         Command::Schema => console::print(raywright_core::scene::SCHEMA),

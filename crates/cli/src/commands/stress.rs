@@ -15,10 +15,9 @@ use serde_json::json;
 use crate::args::{ProgressStyle, StressArgs};
 use crate::console::{self, Verbosity, mask_to_one_line};
 use crate::failure::{Exit, Failure};
-use crate::observer::{Deadlines, RunObserver};
 use crate::plan::{self, RungChoices};
 use crate::preparation::{prepare_failure, prepare_loaded};
-use crate::progress::Progress;
+use crate::progress::{Deadlines, Progress, RunObserver};
 use crate::session::Session;
 use crate::table::{wrap_paragraph, wrap_text};
 
@@ -43,7 +42,7 @@ pub fn run(mut session: Session, args: &StressArgs) -> Result<(), Failure> {
         }
         session.outputs.add_output(path, "-o")?;
     }
-    let options = plan::build_load_options(&args.changes, args.max_memory);
+    let options = plan::build_load_options(&args.changes, args.limits.max_memory);
     let mut loaded = session.load_to_render(&args.scene, &options)?;
     let settings = resolve_settings(args, &mut loaded)?;
     let progress = Progress::start("checking", ProgressStyle::Auto, session.verbosity);
@@ -99,7 +98,7 @@ fn resolve_settings(args: &StressArgs, loaded: &mut LoadedScene) -> Result<Setti
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
     settings.precision = args.precision.map_or(settings.precision, Into::into);
     settings.seed = args.seed.unwrap_or(settings.seed);
-    settings.max_memory = Some(plan::build_limits(args.max_memory).memory_bytes);
+    settings.max_memory = Some(plan::build_limits(args.limits.max_memory).memory_bytes);
     RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
     Ok(settings)
 }

@@ -14,11 +14,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::args::ThumbsArgs;
 use crate::commands::render::picture::render_to_memory;
-use crate::console;
 use crate::failure::{Exit, Failure};
 use crate::plan::RenderTask;
 use crate::session::Session;
-use crate::{origin, scene_input};
+use crate::{console, origin, scene_input};
 
 /// Version of the layout of [`ThumbnailIndex`].
 const FORMAT: u32 = 1;

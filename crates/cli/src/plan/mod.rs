@@ -145,7 +145,7 @@ impl RenderTask {
         } = args;
         let mut view = with_up_direction(view, changes.up)?;
         let scenes = with_default_scene(scenes)?;
-        let options = build_load_options(&changes, machine.max_memory);
+        let options = build_load_options(&changes, machine.limits.max_memory);
         view.frames = view
             .frames
             .map(|frames| with_animation_length(frames, &scenes, &options))

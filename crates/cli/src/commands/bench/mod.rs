@@ -2,7 +2,6 @@
 //! a tree. In generated scenes, the growth of these times with the number N of primitives is
 //! measured too.
 
-mod chart;
 mod text;
 
 use std::ffi::OsStr;
@@ -43,7 +42,7 @@ pub fn run(mut session: Session, args: &BenchArgs) -> Result<(), Failure> {
         None => session.run(|| measure_generated_scenes(args, session.verbosity))?,
     };
     if let (Some(path), BenchMeasurements::Generated(series)) = (&args.plot, &report.measured) {
-        session.write_report(path, &chart::draw_bench_plot(series, &report))?;
+        session.write_report(path, &text::draw_bench_plot(series, &report))?;
     }
     console::print_report(args.json, &report, || {
         text::format_report(&report, args.markdown)

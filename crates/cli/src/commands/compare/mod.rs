@@ -16,7 +16,7 @@ use raywright_io::report::{format_four_digits, format_significant_digits};
 use raywright_io::{Error, InputFiles, Limits};
 use serde::Serialize;
 
-use crate::args::{CompareArgs, ThresholdArgs, names};
+use crate::args::{CompareArgs, ThresholdArgs, values};
 use crate::failure::{Exit, Failure};
 use crate::session::Session;
 use crate::table::format_rows;
@@ -532,8 +532,8 @@ fn degrees_of_freedom(metadata: &PictureMetadata) -> f64 {
 /// Returns the display settings recorded in a picture's metadata; `None` if any setting is missing.
 fn read_recorded_display(metadata: &PictureMetadata) -> Option<Display> {
     Some(Display {
-        tone_map: names::parse_variant(metadata.setting("tone_map")?).ok()?,
-        curve: names::parse_variant(metadata.setting("gamma")?).ok()?,
+        tone_map: values::parse_variant(metadata.setting("tone_map")?).ok()?,
+        curve: values::parse_variant(metadata.setting("gamma")?).ok()?,
         exposure_stops: metadata.setting("exposure")?.parse().ok()?,
         ..Display::default()
     })

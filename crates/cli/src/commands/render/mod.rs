@@ -17,12 +17,11 @@ use raywright_core::{ReadyScene, RenderOutput};
 use raywright_io::LoadedScene;
 use raywright_io::output::{PictureMetadata, pixel_hash};
 
-use crate::console;
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::plan::{PicturePlan, RenderTask};
 use crate::targets::OutputTarget;
-use crate::{origin, scene_input};
+use crate::{console, origin, scene_input};
 pub use series::run;
 
 /// Advice in the message about a scene with nothing visible.

@@ -14,20 +14,17 @@ mod status;
 mod viewed_scene;
 mod worker;
 
-use std::panic;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
-use std::thread;
 use std::time::Duration;
+use std::{panic, thread};
 
-use crate::STACK_BYTES;
 use crate::args::ViewerArgs;
-use crate::console;
 use crate::failure::{Exit, Failure};
 use crate::session::Session;
 use crate::threads::thread_start_failure;
-use crate::{command_words, origin, scene_input};
+use crate::{STACK_BYTES, command_words, console, origin, scene_input};
 use flags::ViewCommand;
 use server::ViewServer;
 use shared::{SharedView, ViewRequest};

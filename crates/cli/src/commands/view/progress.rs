@@ -11,7 +11,7 @@ use raywright_core::{Observer, ReadyScene, RenderOutput, RenderStage};
 
 use super::shared::SharedView;
 use super::status::RenderProgress;
-use crate::observer::{Deadlines, RunObserver};
+use crate::progress::{Deadlines, RunObserver};
 
 /// Target time of the first preview in seconds, so that it appears within a tenth of a second.
 const PREVIEW_SECONDS: f64 = 0.03;

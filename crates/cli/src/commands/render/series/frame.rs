@@ -10,12 +10,11 @@ use super::super::film::FilmRender;
 use super::super::{self as render, RenderedPicture, messages, write};
 use super::{PictureSeries, SceneAtTime};
 use crate::commands::films;
-use crate::console;
 use crate::failure::{Exit, Failure};
 use crate::plan::{PictureJob, PicturePlan, RenderTask, choose_exposure};
-use crate::scene_input;
 use crate::session::StageSeconds;
 use crate::stats::render_stats;
+use crate::{console, scene_input};
 
 /// A rendered picture of a series, before it is written.
 struct RenderedFrame<'a> {
