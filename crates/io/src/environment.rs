@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use raywright_core::Scene;
 use raywright_core::effects::{are_objects_lit_by_lights, emits_light, neutral_sky};
-use raywright_core::fault;
 use raywright_core::scene::{Colour, Image, ImageData, Sky, SkyMap, Studio};
 use raywright_core::sky_picture::SkyPicture;
+use raywright_core::{Scene, fault};
 
 use crate::error::Error;
 use crate::error_kind::ErrorKind;

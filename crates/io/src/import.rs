@@ -4,11 +4,11 @@
 use std::collections::HashSet;
 use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use raywright_core::Scene;
-use raywright_core::fault;
 use raywright_core::memory::{can_allocate, remaining_heap_bytes};
 use raywright_core::validate::validate;
+use raywright_core::{Observer, Scene, fault};
 
 use crate::error_kind::ErrorKind;
 use crate::folder::ReadError;
@@ -381,6 +381,44 @@ impl DecodeBudget {
         })?;
         // 128 bytes are assumed for the names of the object.
         self.reserve_memory(1, size_of::<raywright_core::scene::Object>() + 128)
+    }
+}
+
+// Progress of a long import, reported to an observer.
+
+/// Planned and finished work of an import. The unit is a vertex or an index of a mesh. Any thread
+/// may report.
+pub(crate) struct ImportProgress<'a> {
+    observer: &'a dyn Observer,
+    total: u64,
+    done: AtomicU64,
+}
+
+impl<'a> ImportProgress<'a> {
+    /// Work of decoding an image, as the number of vertices that take about the same time.
+    pub const IMAGE_COST: u64 = 1 << 20;
+
+    /// Creates a progress report, with a planned work of zero.
+    pub fn new(observer: &'a dyn Observer) -> Self {
+        Self {
+            observer,
+            total: 0,
+            done: AtomicU64::new(0),
+        }
+    }
+
+    /// Sets the planned work, in vertices and indices.
+    pub fn set_total(&mut self, total: u64) {
+        self.total = total;
+    }
+
+    /// Adds finished work, in vertices and indices, and reports the progress to the observer.
+    pub fn report_done(&self, amount: u64) {
+        let before = self.done.fetch_add(amount, Ordering::Relaxed);
+        // The finished work may exceed the planned work, which counts a mesh with several
+        // deformations once.
+        self.observer
+            .progress(before.saturating_add(amount).min(self.total), self.total);
     }
 }
 

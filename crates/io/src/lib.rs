@@ -52,7 +52,6 @@ mod gltf;
 mod hash;
 mod image_decode_queue;
 mod image_file;
-mod import_progress;
 mod inputs;
 mod ktx2;
 mod limits;

@@ -1,32 +1,27 @@
 //! Loading: from a path or preset to a validated scene, in any supported format.
 
 mod input;
-mod model;
 
 use std::path::Path;
 
+pub use input::Input;
+use input::{detect_format, read_input_file};
 use raywright_core::fault::Fault;
 use raywright_core::scene::MeshSource;
 use raywright_core::{Observer, Scene, generate};
 
-use crate::clay;
 use crate::environment::{self, EnvironmentOptions, LightShortage};
 use crate::error::Error;
 use crate::folder::{Folder, refuse_placeholder};
-use crate::gltf::ModelContents;
+use crate::gltf::{ImportedModel, ModelChoice, ModelContents};
 use crate::hash::SceneHash;
 use crate::inputs::InputFiles;
 use crate::limits::Limits;
 use crate::native::{self, ParameterOverrides, SceneNotation};
-use crate::presets;
 use crate::section::{self, SectionPlane};
 use crate::source::{SceneFormat, SourceInfo};
-use crate::up_axis::UpAxis;
-
-pub use input::Input;
-
-use input::{detect_format, read_input_file};
-use model::{load_model, refuse_model_choices, refuse_up_axis};
+use crate::up_axis::{UpAxis, rotate_to_y_up};
+use crate::{clay, model_file, presets};
 
 /// Options of [`load`], which replace or complete what a scene or model file contains.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -185,65 +180,60 @@ fn load_native_scene(
     hash_overrides(folder, &options.overrides);
     let mut parsed = native::parse(name, text, notation, &options.overrides)?;
     check_scene_limits(name, &parsed.scene, &options.limits)?;
-    let mut warnings = native::files::read_files(&mut parsed, folder, &options.limits)?;
-    let (mut scene, mut model_entries) = (parsed.scene, parsed.model_entries);
-    let objects = scene.objects.len();
-    check_scene_limits(name, &scene, &options.limits)?;
-    warnings.extend(apply_clay_and_section(
-        &mut scene,
-        options,
-        UpAxis::Y,
-        name,
-        folder,
-    ));
-    check_scene_limits(name, &scene, &options.limits)?;
-    let format = SceneFormat::Native(notation);
-    let added_sky = environment::apply_environment(
-        &mut scene,
-        format,
-        &options.environment,
-        folder,
-        &options.limits,
-        &mut warnings,
-    )?;
-    if scene.objects.len() != objects {
+    let warnings = native::files::read_files(&mut parsed, folder, &options.limits)?;
+    let mut source = SourceInfo::new(name, stem, SceneFormat::Native(notation), Some(text.into()));
+    source.model_entries = parsed.model_entries;
+    let objects = parsed.scene.objects.len();
+    let scene = LoadedScene::new(parsed.scene, warnings, source);
+    let mut loaded = scene.with_options(options, folder)?;
+    if loaded.scene.objects.len() != objects {
         // A section has taken objects away, so that the others have other indices.
-        model_entries.clear();
+        loaded.source.model_entries.clear();
     }
-    let source = SourceInfo::new(name, stem, format, Some(text.into()));
-    let source = source.with_model_entries(model_entries);
-    let contents = ModelContents::default();
-    Ok(LoadedScene {
-        scene,
-        warnings,
-        hash: folder.take_hash(),
-        source,
-        inputs: folder.inputs(),
-        contents,
-        added_sky,
-        up: UpAxis::Y,
-        assumed_up: None,
-    })
+    Ok(loaded)
 }
 
-/// Applies the options for clay and section to a scene, in this order. Returns the warnings of the
-/// section.
-fn apply_clay_and_section(
-    scene: &mut Scene,
-    options: &LoadOptions,
-    up: UpAxis,
-    name: &str,
-    folder: &Folder,
-) -> Vec<Fault> {
-    if options.clay {
-        folder.add_to_hash(b"clay");
-        clay::apply_clay(scene);
+impl LoadedScene {
+    fn new(scene: Scene, warnings: Vec<Fault>, source: SourceInfo) -> Self {
+        Self {
+            scene,
+            warnings,
+            hash: SceneHash::default(),
+            source,
+            inputs: InputFiles::default(),
+            contents: ModelContents::default(),
+            added_sky: None,
+            up: UpAxis::Y,
+            assumed_up: None,
+        }
     }
-    let Some(section) = &options.section else {
-        return Vec::new();
-    };
-    folder.add_to_hash(format!("{section:?}").as_bytes());
-    section::cut_scene(scene, section, up, name)
+
+    /// Applies the options for clay, section and environment, in this order, and takes the hash and
+    /// the files of the folder.
+    fn with_options(mut self, options: &LoadOptions, folder: &Folder) -> Result<Self, Error> {
+        let (scene, name) = (&mut self.scene, &self.source.name);
+        check_scene_limits(name, scene, &options.limits)?;
+        if options.clay {
+            folder.add_to_hash(b"clay");
+            clay::apply_clay(scene);
+        }
+        if let Some(section) = &options.section {
+            folder.add_to_hash(format!("{section:?}").as_bytes());
+            let cut = section::cut_scene(scene, section, self.up, name);
+            self.warnings.extend(cut);
+        }
+        check_scene_limits(name, scene, &options.limits)?;
+        self.added_sky = environment::apply_environment(
+            scene,
+            self.source.format,
+            &options.environment,
+            folder,
+            &options.limits,
+            &mut self.warnings,
+        )?;
+        (self.hash, self.inputs) = (folder.take_hash(), folder.inputs());
+        Ok(self)
+    }
 }
 
 /// Refuses a scene with more objects or triangles than the limits allow. Called before any
@@ -286,4 +276,118 @@ fn hash_overrides(folder: &Folder, overrides: &ParameterOverrides) {
         folder.add_to_hash(name.as_bytes());
         folder.add_to_hash(&value.to_le_bytes());
     }
+}
+
+// Loading of a model file as a complete scene: with an up axis, an environment, clay and a section.
+
+/// Refuses a scene, variant or animation that is chosen for a file of another format than glTF.
+pub(super) fn refuse_model_choices(name: &str, model: &ModelOptions) -> Result<(), Error> {
+    let wishes = [
+        ("scene", &model.scene),
+        ("variant", &model.variant),
+        ("animation", &model.animation),
+    ];
+    let Some((label, wish)) = wishes
+        .into_iter()
+        .find_map(|(label, wish)| Some((label, wish.as_ref()?)))
+    else {
+        return Ok(());
+    };
+    let message = format!("{name} has no {label}s, but the {label} `{wish}` was requested");
+    Err(Error::invalid_usage(message).with_hint(format!("only glTF and GLB files have {label}s")))
+}
+
+/// Refuses an up axis for native scenes, which state all positions themselves.
+pub(super) fn refuse_up_axis(name: &str, model: &ModelOptions) -> Result<(), Error> {
+    let Some(up) = model.up else { return Ok(()) };
+    let message = format!(
+        "{name}: the up axis {} was requested, but only models have an up axis, not scene files (.scene.toml, .scene.json)",
+        up.name()
+    );
+    Err(Error::invalid_usage(message)
+        .with_hint("the up vector of a camera is given by three numbers, such as --up 0,0,1"))
+}
+
+/// Refuses overridden parameters, which only native scenes have.
+fn refuse_parameters(name: &str, options: &LoadOptions) -> Result<(), Error> {
+    let Some((parameter, _)) = options.overrides.set.first() else {
+        return Ok(());
+    };
+    let error = Error::invalid_usage(format!("{name} has no parameter `{parameter}`"));
+    Err(error.with_hint("only native scenes (.scene.toml, .scene.json) have parameters"))
+}
+
+/// Adds the choices for a model file to the scene's hash.
+fn hash_model_options(folder: &Folder, model: &ModelOptions) {
+    let axis = model.up.map(|up| up.name().to_owned());
+    for (kind, wish) in [
+        ("scene", &model.scene),
+        ("variant", &model.variant),
+        ("animation", &model.animation),
+        ("up", &axis),
+    ] {
+        if let Some(wish) = wish {
+            folder.add_to_hash(kind.as_bytes());
+            folder.add_to_hash(wish.as_bytes());
+        }
+    }
+}
+
+/// Returns the choices for the importer. A chosen animation without a time is shown at its start.
+fn model_choice(options: &LoadOptions) -> ModelChoice<'_> {
+    let model = &options.model;
+    let start = model.animation.as_ref().map(|_| 0.0);
+    ModelChoice {
+        scene: model.scene.as_deref(),
+        variant: model.variant.as_deref(),
+        animation: model.animation.as_deref(),
+        time: options.overrides.time.or(start),
+    }
+}
+
+/// Loads a model and adds what a complete scene needs: up axis, environment, clay and section.
+pub(super) fn load_model(
+    path: &Path,
+    stem: &str,
+    bytes: Vec<u8>,
+    format: SceneFormat,
+    folder: &Folder,
+    options: &LoadOptions,
+    observer: &dyn Observer,
+) -> Result<LoadedScene, Error> {
+    let name = path.display().to_string();
+    refuse_parameters(&name, options)?;
+    folder.add_to_hash(&bytes);
+    hash_overrides(folder, &options.overrides);
+    hash_model_options(folder, &options.model);
+    if !format.has_model_choices() {
+        refuse_model_choices(&name, &options.model)?;
+    }
+    let ImportedModel {
+        mut scene,
+        warnings,
+        contents,
+    } = model_file::load(
+        format,
+        path,
+        &bytes,
+        (folder, &options.limits),
+        &model_choice(options),
+        observer,
+    )?;
+    let own = if format == SceneFormat::Stl {
+        UpAxis::Z
+    } else {
+        UpAxis::Y
+    };
+    let turned = options.model.up.unwrap_or(own);
+    rotate_to_y_up(&mut scene, turned);
+    let source = SourceInfo::new(name, stem, format, None);
+    let loaded = LoadedScene {
+        contents,
+        up: turned,
+        assumed_up: (options.model.up.is_none() && own != UpAxis::Y).then_some(own),
+        ..LoadedScene::new(scene, warnings, source)
+    };
+    loaded.with_options(options, folder)
 }

@@ -225,7 +225,7 @@ pub struct SourceInfo {
     /// Text of a native scene; `None` for a model.
     pub text: Option<Arc<str>>,
     /// Positions, in the scene's lists, of the entries that come from model files.
-    model_entries: Vec<ModelEntries>,
+    pub(crate) model_entries: Vec<ModelEntries>,
     /// Syntax tree of the text, built on first use.
     tree: OnceLock<Option<native::SyntaxTree>>,
 }
@@ -244,14 +244,6 @@ impl SourceInfo {
             text,
             model_entries: Vec::new(),
             tree: OnceLock::new(),
-        }
-    }
-
-    /// Sets the positions of the entries that come from model files.
-    pub(crate) fn with_model_entries(self, model_entries: Vec<ModelEntries>) -> Self {
-        Self {
-            model_entries,
-            ..self
         }
     }
 

@@ -6,8 +6,7 @@ use std::collections::HashMap;
 
 use draco_core::{DecodeLimits, DecoderBuffer, MeshDecoder};
 
-use super::accessor::{Buffers, find_entry};
-use super::accessor::{ComponentType, element_arity};
+use super::accessor::{Buffers, ComponentType, element_arity, find_entry};
 use super::document::Document;
 use super::entries::{DracoEntry, MeshoptEntry, PrimitiveEntry, ViewExtensions};
 use crate::import::{DecodeBudget, Fault, FaultPlace, ImportResult, sanitise_text};

@@ -39,8 +39,7 @@ use raywright_core::{Observer, Scene};
 pub(crate) use model_choice::ModelChoice;
 pub use model_choice::{AnimationInfo, ExtensionInfo, ModelContents};
 
-use accessor::Buffers;
-use accessor::{AccessorReader, MAX_ZERO_BYTES};
+use accessor::{AccessorReader, Buffers, MAX_ZERO_BYTES};
 use animation::AnimatedTransform;
 use deform::{DeformationKey, SkinsByIndex};
 use document::Document;
@@ -49,9 +48,8 @@ use material::{ConvertedMaterial, RoughnessTextures};
 use crate::folder::Folder;
 use crate::image_decode_queue::{ImageDecodeQueue, drop_missing_images};
 use crate::import::{
-    DecodeBudget, FaultPlace, ImportResult, UniqueNames, Warnings, validate_scene,
+    DecodeBudget, FaultPlace, ImportProgress, ImportResult, UniqueNames, Warnings, validate_scene,
 };
-use crate::import_progress::ImportProgress;
 use crate::{Error, Limits, uri};
 
 /// An imported model file: its scene, its warnings, and the list of its scenes, variants and

@@ -1,9 +1,8 @@
 //! Parser from strict JSON to a syntax tree with positions.
 
-use jsonc_parser::ast;
 use jsonc_parser::common::Ranged;
 use jsonc_parser::errors::ParseErrorKind;
-use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
+use jsonc_parser::{CollectOptions, ParseOptions, ast, parse_to_ast};
 
 use super::node::{TableEntry, TextValue, ValueNode};
 use crate::diagnostic::Diagnostic;

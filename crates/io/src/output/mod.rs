@@ -22,22 +22,19 @@ use sha2::{Digest, Sha256};
 use crate::error::Error;
 pub use animation::{AnimationFormat, AnimationWriter};
 use atomic::ReplaceRule;
-pub use atomic::is_own_picture;
-pub use atomic::write_atomically;
+pub use atomic::{is_own_picture, write_atomically};
 pub(crate) use exr::encode_exr;
 pub use film::{StoredFilm, is_film, read_film, write_film, write_new_film};
 pub use metadata::PictureMetadata;
 pub use output_path::OutputPath;
 pub(crate) use output_path::file_fingerprint;
-pub(crate) use png::encode_jpeg;
 pub use png::encode_png;
-pub(crate) use png::encode_webp;
+pub(crate) use png::{encode_jpeg, encode_webp};
 pub(crate) use read::check_dwa_blocks;
 #[cfg(test)]
 pub(crate) use read::decode_picture;
 pub use read::{StoredPicture, read_picture};
-pub use sheet::ContactSheet;
-pub use sheet::{PictureMark, mark_radius, write_marked_picture};
+pub use sheet::{ContactSheet, PictureMark, mark_radius, write_marked_picture};
 
 /// Format of a picture file, chosen by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
