@@ -42,30 +42,26 @@ fn phong_roughness(exponent: f64) -> f64 {
     (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt()
 }
 
-/// Keys of the images that the importer uses.
-const IMAGES: [&str; 6] = ["map_Kd", "map_d", "map_Ke", "map_Pr", "map_Pm", "norm"];
-
 impl LibraryMaterial {
     /// Returns the texture statements that the importer uses, each with the folder of the library.
-    pub fn image_statements(&self) -> impl Iterator<Item = (&str, &str)> {
+    pub fn image_statements(&self) -> impl Iterator<Item = (&str, &TextureStatement)> {
         IMAGES
-            .into_iter()
-            .filter_map(|key| Some((&*self.folder, self.text(key)?)))
+            .iter()
+            .filter_map(|key| Some((&*self.folder, self.images.get(key)?)))
     }
 
-    /// Returns the text after the key of an image, or after a key that `tobj` does not know.
-    fn text(&self, key: &str) -> Option<&str> {
-        let text = match key {
-            "map_Kd" => self.source.diffuse_texture.as_ref(),
-            "map_d" => self.source.dissolve_texture.as_ref(),
-            _ => self.source.unknown_param.get(key),
-        };
-        text.map(String::as_str)
+    fn colour(&self, key: &str) -> Option<[f64; 3]> {
+        self.numbers.get(key).copied()
     }
 
-    /// Returns the first number after a key that `tobj` does not know, from 0 to 1.
+    fn number(&self, key: &str) -> Option<f64> {
+        self.colour(key).map(|[number, ..]| number)
+    }
+
+    /// Returns a finite number, limited to the range from 0 to 1.
     fn share(&self, key: &str) -> Option<f64> {
-        self.text(key).and_then(parse_number).map(clamp_unit)
+        let number = self.number(key).filter(|number| number.is_finite());
+        number.map(clamp_unit)
     }
 }
 
@@ -75,12 +71,12 @@ impl SceneBuilder<'_> {
     pub(super) fn convert_physical(&mut self, material: &LibraryMaterial) -> Physical {
         let opacity = read_opacity(material, &mut self.warnings);
         let mut texture =
-            |key: &str, space| self.texture_ref(&material.folder, material.text(key)?, space);
+            |key: &str, space| self.texture_ref(&material.folder, material.images.get(key)?, space);
         let mut out = convert_surface(material, opacity);
         out.base_colour_texture = texture("map_Kd", ColourSpace::Srgb);
         out.emission_texture = texture("map_Ke", ColourSpace::Srgb);
         let missing = f64::from(u8::from(out.emission_texture.is_some()));
-        let emission = material.source.emissive.unwrap_or([missing; 3]);
+        let emission = material.colour("Ke").unwrap_or([missing; 3]);
         let usable = |c: f64| {
             if c.is_finite() {
                 round_to_f32(c).max(0.0)
@@ -100,21 +96,18 @@ impl SceneBuilder<'_> {
             }
         }
         add_layers(material, &mut out);
-        if let Some(statement) = material.text("norm") {
+        if let Some(statement) = material.images.get("norm") {
             let image = texture("norm", ColourSpace::Linear);
             out.normal_texture = image.map(|image| TextureRef {
                 channel: None,
                 ..image
             });
-            out.normal_scale = TextureStatement::parse(statement).bump;
+            out.normal_scale = statement.bump;
         }
         if !out.may_transmit() {
             out.opacity = opacity.into();
-            let [alpha, colour] = ["map_d", "map_Kd"].map(|key| {
-                material
-                    .text(key)
-                    .map(|text| TextureStatement::parse(text).path)
-            });
+            let path = |key| material.images.get(key).map(|image| &image.path);
+            let [alpha, colour] = ["map_d", "map_Kd"].map(path);
             let own_alpha = alpha.is_some() && alpha == colour;
             if opacity < 1.0 || own_alpha {
                 out.alpha = AlphaMode::Blend;
@@ -135,22 +128,18 @@ fn round_to_f32(value: f64) -> f64 {
 /// Returns the physical material for the colours, the highlight and the refraction of an MTL
 /// material, by the table in the description of the module.
 fn convert_surface(material: &LibraryMaterial, opacity: f64) -> Physical {
-    let source = &material.source;
-    let rgb = |colour: Option<[f64; 3]>, missing: f64| {
+    let rgb = |key: &str, missing: f64| {
+        let colour = material.colour(key);
         colour.map_or([missing; 3], |c| c.map(|c| clamp_unit(round_to_f32(c))))
     };
-    let has_image = source.diffuse_texture.is_some();
-    let diffuse = rgb(source.diffuse, if has_image { 1.0 } else { 0.8 });
-    let specular = rgb(source.specular, 0.0);
+    let has_image = material.images.contains_key("map_Kd");
+    let diffuse = rgb("Kd", if has_image { 1.0 } else { 0.8 });
+    let specular = rgb("Ks", 0.0);
     let filter = transmission_filter(material);
-    let index = source
-        .optical_density
-        .map(round_to_f32)
-        .filter(|n| n.is_finite() && *n >= 1.0);
-    let rough = source
-        .shininess
-        .map_or(1.0, |n| phong_roughness(round_to_f32(n)));
-    let illum = source.illumination_model.unwrap_or(2);
+    let number = |key: &str| material.number(key).map(round_to_f32);
+    let index = number("Ni").filter(|n| n.is_finite() && *n >= 1.0);
+    let rough = number("Ns").map_or(1.0, phong_roughness);
+    let illum = number("illum").unwrap_or(2.0) as i64;
     let coloured = |colour: [f64; 3]| Physical {
         base_colour: Colour(colour).into(),
         ..Physical::default()
@@ -196,23 +185,20 @@ fn convert_surface(material: &LibraryMaterial, opacity: f64) -> Physical {
 fn is_transparent(material: &LibraryMaterial, opacity: f64) -> bool {
     /// Largest channel of a diffuse colour that files of glass state in place of black.
     const DARK: f64 = 0.02;
-    let source = &material.source;
     let filter = transmission_filter(material);
-    let is_diffuse = source.diffuse_texture.is_some()
-        || source
-            .diffuse
-            .is_some_and(|kd| kd.iter().any(|&c| c > DARK));
+    let is_diffuse = material.images.contains_key("map_Kd")
+        || (material.colour("Kd")).is_some_and(|kd| kd.iter().any(|&c| c > DARK));
     let is_filtered = |tint| !is_black(tint) && tint != [1.0; 3];
-    let refracts = matches!(source.illumination_model, Some(6 | 7))
+    let refracts = matches!(material.number("illum"), Some(6.0 | 7.0))
         || filter.is_some_and(|tint| !is_black(tint));
     opacity < 1.0 || filter.is_some_and(is_filtered) || (refracts && !is_diffuse)
 }
 
-/// Returns the tint of refracted light, from `Tf`; `None` without `Tf`. A missing channel is 1.
+/// Returns the tint of refracted light, from `Tf`; `None` without `Tf`. A channel that is
+/// not finite is 1.
 fn transmission_filter(material: &LibraryMaterial) -> Option<[f64; 3]> {
-    let words = material.text("Tf")?.split_whitespace();
-    let mut numbers = words.map(|word| parse_number(word).unwrap_or(1.0));
-    Some([0; 3].map(|_| clamp_unit(numbers.next().unwrap_or(1.0))))
+    let channel = |c: f64| if c.is_finite() { clamp_unit(c) } else { 1.0 };
+    Some(material.colour("Tf")?.map(channel))
 }
 
 fn is_black(colour: [f64; 3]) -> bool {
@@ -241,10 +227,10 @@ fn add_layers(material: &LibraryMaterial, out: &mut Physical) {
 
 /// Returns the opacity of a material from 0 to 1: `d` or, without a `d`, 1 − `Tr`.
 fn read_opacity(material: &LibraryMaterial, warnings: &mut Warnings) -> f64 {
-    if let Some(dissolve) = material.source.dissolve {
+    if let Some(dissolve) = material.number("d") {
         return clamp_unit(round_to_f32(dissolve));
     }
-    match material.text("Tr").and_then(parse_number) {
+    match material.number("Tr").filter(|number| number.is_finite()) {
         // Old exporters wrote `Tr 1` for an opaque material. Files that describe an invisible
         // material hardly exist.
         Some(1.0) => {
@@ -252,7 +238,7 @@ fn read_opacity(material: &LibraryMaterial, warnings: &mut Warnings) -> f64 {
                 warnings,
                 Choice,
                 "material `{}`: `Tr 1` without `d` is read as opaque, not as invisible",
-                sanitise_text(&material.source.name)
+                sanitise_text(&material.name)
             );
             1.0
         }
@@ -271,14 +257,6 @@ fn texture_input(image: TextureRef, factor: f64) -> NumberInput {
     })
 }
 
-fn parse_number(text: &str) -> Option<f64> {
-    text.split_whitespace()
-        .next()?
-        .parse()
-        .ok()
-        .filter(|value: &f64| value.is_finite())
-}
-
 fn clamp_unit(value: f64) -> f64 {
     if value.is_nan() {
         0.0
@@ -287,11 +265,9 @@ fn clamp_unit(value: f64) -> f64 {
     }
 }
 
-// Material libraries of OBJ files: located, repaired for `tobj`, and parsed.
-//
-// `tobj` panics on a colour with fewer than three numbers (the manual allows a single number) and
-// rejects a whole library for a malformed line. Such lines are completed or dropped before
-// parsing.
+// Material libraries of OBJ files. They are not read by `tobj`, which panics on a colour with fewer
+// than three numbers (the manual allows a single number) and rejects a whole library for a malformed
+// line.
 
 /// Materials of all libraries that an OBJ file names. Of two materials with the same name, the
 /// later applies.
@@ -303,7 +279,11 @@ pub(super) struct MaterialLibrary {
 /// A material of a library.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LibraryMaterial {
-    pub source: tobj::Material,
+    name: String,
+    /// Colours and numbers by their keys; a single number is all three channels.
+    numbers: HashMap<&'static str, [f64; 3]>,
+    /// Texture statements by their keys.
+    images: HashMap<&'static str, TextureStatement>,
     /// Folder of the library, relative to the folder of the OBJ file. The text is empty or ends in
     /// `/`.
     pub folder: String,
@@ -328,13 +308,9 @@ impl MaterialLibrary {
             } else {
                 format!("texture {i}")
             };
-            let source = tobj::Material {
-                name: name.clone(),
-                diffuse_texture: Some(image),
-                ..tobj::Material::default()
-            };
             library.add(LibraryMaterial {
-                source,
+                name: name.clone(),
+                images: [("map_Kd", TextureStatement::parse(&image))].into(),
                 ..LibraryMaterial::default()
             });
             names.push(name);
@@ -343,7 +319,7 @@ impl MaterialLibrary {
     }
 
     fn add(&mut self, material: LibraryMaterial) {
-        let name = material.source.name.clone();
+        let name = material.name.clone();
         // The name in the OBJ file may lack a comment that follows the name in the library.
         if let Some((short, _)) = name.split_once(" # ") {
             let short = self.materials.entry(short.trim_end().to_owned());
@@ -374,33 +350,10 @@ pub(super) fn load(
     for rest in names.iter().filter(|name| seen.insert(**name)) {
         for (path, bytes) in read_libraries(rest, folder, warnings)? {
             let place = path.rfind('/').map_or("", |end| &path[..=end]);
-            let text = decode_text(&bytes);
-            // Images of unused materials are not read, but are the user's files too.
-            split_statements(&text)
-                .filter(|statement| takes_name(statement.keyword) && statement.keyword != "newmtl")
-                .flat_map(|image| {
-                    image_candidates(place, &TextureStatement::parse(image.rest).path)
-                })
-                .for_each(|path| folder.record_reference(&path));
-            let (text, unsupported) = repair_text(&text, warnings);
-            match tobj::load_mtl_buf(&mut text.as_bytes()) {
-                Ok((materials, _)) => {
-                    for (source, unsupported) in materials.into_iter().zip(unsupported) {
-                        let folder = place.to_owned();
-                        library.add(LibraryMaterial {
-                            source,
-                            folder,
-                            unsupported,
-                        });
-                    }
-                }
-                Err(error) => warn!(
-                    warnings,
-                    Material,
-                    "material library `{}` was not read ({error})",
-                    sanitise_text(&path)
-                ),
-            }
+            let materials = read_materials(&decode_text(&bytes), (folder, place), warnings);
+            materials
+                .into_iter()
+                .for_each(|material| library.add(material));
         }
     }
     Ok(library)
@@ -434,45 +387,21 @@ fn read_libraries(
     Ok(found)
 }
 
-/// Form of the text after a key of MTL.
-#[derive(Clone, Copy, PartialEq)]
-enum Form {
-    Name,
-    Color,
-    Number,
-    Whole,
-    Text,
-    /// A text that the importer ignores, although it changes the appearance.
-    Unsupported,
-}
-
-/// Keys of MTL by the form of their texts, in the spelling of the manual, which `tobj` and this
-/// importer expect; some programs write them in another letter case.
-const KEYS: [(Form, &[&str]); 6] = [
-    (Form::Name, &["newmtl"]),
-    (Form::Color, &["Ka", "Kd", "Ks", "Ke", "Tf"]),
-    (Form::Number, &["d", "Ns", "Ni", "Tr", "Pr", "Pm"]),
-    (Form::Whole, &["illum"]),
-    (
-        Form::Text,
-        &[
-            "Kt", "Ps", "Pc", "Pcr", "aniso", "anisor", "norm", "map_Ka", "map_Kd", "map_Ke",
-            "map_d", "map_Pr", "map_Pm",
-        ],
-    ),
-    (
-        Form::Unsupported,
-        &[
-            "bump", "disp", "decal", "refl", "map_Ks", "map_Ns", "map_bump",
-        ],
-    ),
+// Keys of MTL that the importer reads, by the form of their texts, in the spelling of the manual; some
+// programs write them in another letter case.
+const COLOURS: [&str; 6] = ["Ka", "Kd", "Ks", "Ke", "Kt", "Tf"];
+const NUMBERS: [&str; 12] = [
+    "d", "Ns", "Ni", "Tr", "Pr", "Pm", "Ps", "Pc", "Pcr", "aniso", "anisor", "illum",
 ];
+const IMAGES: [&str; 6] = ["map_Kd", "map_d", "map_Ke", "map_Pr", "map_Pm", "norm"];
 
-/// Returns a library's text with incomplete statements completed, or dropped with a warning, and
-/// the unsupported keys of each material.
-fn repair_text(text: &str, warnings: &mut Warnings) -> (String, Vec<BTreeSet<String>>) {
-    let mut out = String::with_capacity(text.len());
-    let mut unsupported = Vec::new();
+/// Reads the materials of a library in a folder. A malformed statement is left out with a warning.
+fn read_materials(
+    text: &str,
+    (folder, place): (&Folder, &str),
+    warnings: &mut Warnings,
+) -> Vec<LibraryMaterial> {
+    let mut materials: Vec<LibraryMaterial> = Vec::new();
     for Statement {
         line,
         keyword,
@@ -480,12 +409,24 @@ fn repair_text(text: &str, warnings: &mut Warnings) -> (String, Vec<BTreeSet<Str
         ..
     } in split_statements(text)
     {
-        let known = |key: &&str| key.eq_ignore_ascii_case(keyword);
-        let (form, key) = KEYS
-            .iter()
-            .find_map(|(form, keys)| Some((*form, *keys.iter().find(|key| known(key))?)))
-            .unwrap_or((Form::Unsupported, keyword));
-        let Some(rest) = complete_text(form, rest) else {
+        if keyword.eq_ignore_ascii_case("newmtl") {
+            materials.push(LibraryMaterial {
+                name: if rest.is_empty() { "unnamed" } else { rest }.to_owned(),
+                folder: place.to_owned(),
+                ..LibraryMaterial::default()
+            });
+            continue;
+        }
+        // Images of unused materials are not read, but are the user's files too.
+        if takes_name(keyword) {
+            image_candidates(place, &TextureStatement::parse(rest).path)
+                .iter()
+                .for_each(|path| folder.record_reference(path));
+        }
+        // Statements before the first name describe no material.
+        let mut nothing = LibraryMaterial::default();
+        let material = materials.last_mut().unwrap_or(&mut nothing);
+        if material.read_statement(keyword, rest).is_none() {
             warn!(
                 warnings,
                 Unsupported,
@@ -493,41 +434,37 @@ fn repair_text(text: &str, warnings: &mut Warnings) -> (String, Vec<BTreeSet<Str
                 sanitise_text(keyword),
                 sanitise_text(rest)
             );
-            continue;
-        };
-        match form {
-            Form::Name => unsupported.push(BTreeSet::new()),
-            Form::Unsupported => {
-                if let Some(keys) = unsupported.last_mut() {
-                    keys.insert(key.to_owned());
-                }
-            }
-            _ => {}
         }
-        out.extend([key, " ", &rest, "\n"]);
     }
-    (out, unsupported)
+    materials
 }
 
-/// Returns the text of a key in a form that `tobj` accepts, or `None` for a malformed text.
-fn complete_text(form: Form, rest: &str) -> Option<String> {
-    let mut words = rest.trim_start_matches("-halo").split_whitespace();
-    let number = |word| parse_number_prefix(word).map(|(number, _)| number);
-    match form {
-        Form::Name if rest.is_empty() => Some("unnamed".to_owned()),
-        // A number with a decimal comma, such as `0,8`, would be parsed up to the comma, as a grey
-        // value.
-        Form::Color if words.clone().any(has_decimal_comma) => None,
-        Form::Color => {
+impl LibraryMaterial {
+    /// Reads a statement; `None` for a malformed one.
+    fn read_statement(&mut self, keyword: &str, rest: &str) -> Option<()> {
+        let is_key = |key: &&str| key.eq_ignore_ascii_case(keyword);
+        let mut words = rest.trim_start_matches("-halo").split_whitespace();
+        let number = |word| Some(parse_number_prefix(word)?.1);
+        if let Some(key) = COLOURS.into_iter().find(is_key) {
+            // A number with a decimal comma, such as `0,8`, would be parsed up to the comma, as a
+            // grey value.
+            if words.clone().any(has_decimal_comma) {
+                return None;
+            }
             // "If only r is specified, then g and b are assumed to be equal to r."
-            let mut rgb: Vec<&str> = words.map_while(number).take(3).collect();
-            rgb.resize(3, rgb.last()?);
-            Some(rgb.join(" "))
+            let mut rgb: Vec<f64> = words.map_while(number).take(3).collect();
+            rgb.resize(3, *rgb.last()?);
+            self.numbers.insert(key, [rgb[0], rgb[1], rgb[2]]);
+        } else if let Some(key) = NUMBERS.into_iter().find(is_key) {
+            self.numbers.insert(key, [number(words.next()?)?; 3]);
+        } else if rest.is_empty() {
+            return None;
+        } else if let Some(key) = IMAGES.into_iter().find(is_key) {
+            self.images.insert(key, TextureStatement::parse(rest));
+        } else if !is_key(&"map_Ka") {
+            self.unsupported.insert(keyword.to_owned());
         }
-        Form::Number => number(words.next()?).map(str::to_owned),
-        Form::Whole => words.next()?.parse::<u8>().ok().map(|n| n.to_string()),
-        _ if rest.is_empty() => None,
-        _ => Some(rest.to_owned()),
+        Some(())
     }
 }
 
@@ -537,17 +474,13 @@ mod tests {
     use raywright_core::scene::ColourInput;
 
     fn parse(text: &str) -> LibraryMaterial {
-        let (mut materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).unwrap();
-        LibraryMaterial {
-            source: materials.remove(0),
-            ..LibraryMaterial::default()
-        }
+        super::mtl_tests::read(text, &mut Warnings::default()).remove(0)
     }
 
     fn of(text: &str) -> Physical {
         let text = format!("newmtl m\n{text}");
         let material = parse(&text);
-        convert_surface(&material, material.source.dissolve.unwrap_or(1.0))
+        convert_surface(&material, material.number("d").unwrap_or(1.0))
     }
 
     fn base(material: &Physical) -> [f64; 3] {
@@ -608,46 +541,50 @@ mod tests {
 
 #[cfg(test)]
 mod mtl_tests {
+
     use super::*;
 
-    /// Protects: incomplete statements are completed or dropped: tobj panics on the first of these
-    /// and rejects the library for the others.
+    pub(super) fn read(text: &str, warnings: &mut Warnings) -> Vec<LibraryMaterial> {
+        let folder = Folder::for_built_in_scene(0);
+        read_materials(text, (&folder, ""), warnings)
+    }
+
+    /// Protects: incomplete statements are completed or dropped.
     #[test]
     fn incomplete_statements_do_no_harm() {
         let text = "newmtl\nKd 0.5\nnewmtl a b\nKe 1 2\nNs\nillum x\nd -halo 0.25\nKs spectral f\nmap_Kd\nTf 1f 2 3 4\n";
         let mut warnings = Warnings::default();
-        let (safe, _) = repair_text(text, &mut warnings);
-        let (materials, _) = tobj::load_mtl_buf(&mut safe.as_bytes()).unwrap();
+        let materials = read(text, &mut warnings);
         assert_eq!(warnings.into_warnings("f").len(), 4);
         let [unnamed, named] = materials.as_slice() else {
             panic!("{materials:?}")
         };
         assert_eq!(
-            (unnamed.name.as_str(), unnamed.diffuse),
+            (unnamed.name.as_str(), unnamed.colour("Kd")),
             ("unnamed", Some([0.5; 3]))
         );
         assert_eq!(
-            (named.name.as_str(), named.emissive, named.dissolve),
+            (named.name.as_str(), named.colour("Ke"), named.number("d")),
             ("a b", Some([1.0, 2.0, 2.0]), Some(0.25))
         );
+        assert_eq!(named.colour("Tf"), Some([1.0, 2.0, 3.0]));
     }
 
-    /// Protects: keys in another case than the manual's have the same meaning; unknown keys stay
-    /// unchanged.
+    /// Protects: keys in another case than the manual's have the same meaning; unknown keys are
+    /// kept as they are written.
     #[test]
     fn keys_are_known_in_any_case() {
-        let text = "NEWMTL a\nKD 0.25 0.5 1\nmap_kd x.png\nMAP_PR y.png\nillum 2\nXy 1\n";
-        let (safe, unsupported) = repair_text(text, &mut Warnings::default());
-        let (materials, _) = tobj::load_mtl_buf(&mut safe.as_bytes()).unwrap();
-        assert_eq!(materials[0].diffuse, Some([0.25, 0.5, 1.0]));
-        assert_eq!(materials[0].diffuse_texture.as_deref(), Some("x.png"));
-        let mut others: Vec<&str> = materials[0]
-            .unknown_param
-            .keys()
-            .map(String::as_str)
-            .collect();
-        others.sort_unstable();
-        assert_eq!(others, ["Xy", "map_Pr"]);
-        assert_eq!(unsupported, [BTreeSet::from(["Xy".to_owned()])]);
+        let text = "NEWMTL a\nKD 0.25 0.5 1\nmap_kd x.png\nMAP_PR y.png\nILLUM 2\nXy 1\n";
+        let [material] = &read(text, &mut Warnings::default())[..] else {
+            panic!("one material")
+        };
+        assert_eq!(material.colour("Kd"), Some([0.25, 0.5, 1.0]));
+        assert_eq!(material.number("illum"), Some(2.0));
+        let path = |key| material.images.get(key).map(|image| image.path.as_str());
+        assert_eq!(
+            ["map_Kd", "map_Pr"].map(path),
+            [Some("x.png"), Some("y.png")]
+        );
+        assert_eq!(material.unsupported, BTreeSet::from(["Xy".to_owned()]));
     }
 }

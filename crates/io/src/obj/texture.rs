@@ -147,13 +147,13 @@ impl SceneBuilder<'_> {
     /// A fault of kind limit for an oversized image.
     pub fn load_images<'s>(
         &mut self,
-        statements: impl Iterator<Item = (&'s str, &'s str)>,
+        statements: impl Iterator<Item = (&'s str, &'s TextureStatement)>,
     ) -> ImportResult<()> {
         let mut waiting = ImageDecodeQueue::default();
         let mut errors = Vec::new();
         let (mut requested, mut accepted) = (HashSet::new(), HashSet::new());
         for (library, statement) in statements {
-            let key = (library.to_owned(), TextureStatement::parse(statement).path);
+            let key = (library.to_owned(), statement.path.clone());
             if !requested.insert(key.clone()) {
                 continue;
             }
@@ -226,17 +226,16 @@ impl SceneBuilder<'_> {
     pub fn texture_ref(
         &mut self,
         library: &str,
-        statement: &str,
+        map: &TextureStatement,
         space: ColourSpace,
     ) -> Option<TextureRef> {
-        let map = TextureStatement::parse(statement);
         let uv_transform = map.uv_transform();
         let TextureNames {
             images,
             textures,
             names,
         } = &mut self.textures;
-        let image = images.get(&(library.to_owned(), map.path))?;
+        let image = images.get(&(library.to_owned(), map.path.clone()))?;
         let wrap = match map.clamp {
             true => WrapMode::Clamp,
             false => WrapMode::Repeat,
