@@ -4,8 +4,8 @@
 
 use std::fmt::Write;
 
-use super::numbers::{format_number, format_power};
-use super::plot::{STYLE, ThemeColour, escape_xml};
+use super::numbers::{format_power, format_significant_digits};
+use super::plot::{ThemeColour, begin_svg, escape_xml};
 use super::scale::DecadeScale;
 
 /// A plot of error margins, with a row for each hard case of `raywright stability`. An error margin
@@ -58,45 +58,32 @@ const FOOT: f64 = 44.0;
 impl ErrorMarginPlot {
     /// Formats the plot as an SVG file.
     pub fn to_svg(&self) -> String {
-        let [_, left, right, _, edge] = COLUMNS;
-        let margins = self
-            .rows
-            .iter()
-            .flat_map(|row| &row.margins)
-            .map(|(_, margin)| *margin);
-        let scale = DecadeScale::new(margins.chain([1.0]), left + 12.0, right - 12.0);
+        let [start, left, right, _, edge] = COLUMNS;
+        let margins = self.rows.iter().flat_map(|row| &row.margins);
+        let margins = margins.map(|(_, margin)| *margin).chain([1.0]);
+        let scale = DecadeScale::new(margins, left + 12.0, right - 12.0);
         let bottom = TOP + ROW * self.rows.len() as f64;
-        let (title, circumstances, aside) = (
-            escape_xml(&self.title),
-            escape_xml(&self.circumstances),
-            escape_xml(&self.right_heading),
+        let mut svg = begin_svg(
+            [&self.title, "margins"],
+            [&self.circumstances, ""],
+            [WIDTH, BARE, bottom + FOOT],
         );
-        let top = if title.is_empty() { BARE } else { 0.0 };
-        let height = bottom + FOOT - top;
-        let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 {top} {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
-             role=\"group\" aria-label=\"{}\">\n<style>\n{STYLE}</style>\n<rect class=\"paper\" y=\"{top}\" width=\"{WIDTH}\" height=\"{height}\"/>\n",
-            if title.is_empty() { "margins" } else { &title }
-        );
-        if !title.is_empty() {
-            // Writing to a string cannot fail.
-            let _ = writeln!(
-                svg,
-                "<text class=\"title\" x=\"20\" y=\"32\">{title}</text>\n<text class=\"soft\" x=\"20\" y=\"54\">{circumstances}</text>"
-            );
-        }
+        let legend = self.legend.iter().map(|(colour, words)| {
+            let (class, words) = (colour.css_class(), escape_xml(words));
+            format!("<tspan class=\"dot {class}\">●</tspan> {words} \u{a0} ")
+        });
+        let (legend, aside) = (legend.collect::<String>(), escape_xml(&self.right_heading));
+        let [key, above] = [42.0, 22.0].map(|height| TOP - height);
+        // Writing to a string cannot fail.
         let _ = writeln!(
             svg,
-            "<text class=\"soft\" x=\"{edge}\" y=\"{}\" text-anchor=\"end\">{aside}</text>",
-            TOP - 22.0
+            "<text class=\"soft\" x=\"{start}\" y=\"{key}\">{legend}</text>\n<text class=\"soft\" x=\"{edge}\" y=\"{above}\" text-anchor=\"end\">{aside}</text>"
         );
-        self.draw_legend(&mut svg);
         for exponent in scale.decades() {
             let x = scale.map_exponent(f64::from(exponent));
-            let (class, word) = if exponent == 0 {
-                ("axis", "bound".to_owned())
-            } else {
-                ("grid", format_power(exponent))
+            let (class, word) = match exponent {
+                0 => ("axis", "bound".to_owned()),
+                _ => ("grid", format_power(exponent)),
             };
             let _ = writeln!(
                 svg,
@@ -105,7 +92,7 @@ impl ErrorMarginPlot {
             );
             // Labels are written at every n-th decade, as many as fit.
             if exponent % decades_between_labels(&scale) == 0 {
-                for y in [TOP - 22.0, bottom + 20.0] {
+                for y in [above, bottom + 20.0] {
                     let _ = writeln!(
                         svg,
                         "<text class=\"soft\" x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{word}</text>"
@@ -116,29 +103,7 @@ impl ErrorMarginPlot {
         for (index, row) in self.rows.iter().enumerate() {
             row.draw_row(&mut svg, &scale, TOP + ROW * (index as f64 + 0.5));
         }
-        svg.push_str("</svg>\n");
-        svg
-    }
-
-    fn draw_legend(&self, svg: &mut String) {
-        let [mut x, ..] = COLUMNS;
-        for (colour, words) in &self.legend {
-            let y = TOP - 46.0;
-            let _ = writeln!(
-                svg,
-                "<circle class=\"dot {}\" cx=\"{}\" cy=\"{y}\" r=\"4\"/>",
-                colour.css_class(),
-                x + 4.0
-            );
-            let _ = writeln!(
-                svg,
-                "<text class=\"soft\" x=\"{}\" y=\"{}\">{}</text>",
-                x + 14.0,
-                y + 4.0,
-                escape_xml(words)
-            );
-            x += 40.0 + 7.5 * words.chars().count() as f64;
-        }
+        svg + "</svg>\n"
     }
 }
 
@@ -146,65 +111,49 @@ impl ErrorMarginRow {
     fn draw_row(&self, svg: &mut String, scale: &DecadeScale, y: f64) {
         let [start, left, _, words, edge] = COLUMNS;
         let base = y + 4.5;
-        let (class, broken) = if self.is_broken {
-            ("first", " — not held")
-        } else {
-            ("", "")
+        let (class, broken) = match self.is_broken {
+            true => ("first", " — not held"),
+            false => ("", ""),
         };
-        let name = escape_xml(&self.name);
-        let (sentence, message) = (escape_xml(&self.description), escape_xml(&self.message));
-        let _ = writeln!(
-            svg,
-            "<text class=\"name {class}\" x=\"{start}\" y=\"{base:.1}\">{name}</text>"
-        );
-        let _ = writeln!(
-            svg,
-            "<text class=\"name\" x=\"{words}\" y=\"{base:.1}\">{sentence}{broken}</text>"
-        );
-        let _ = writeln!(
-            svg,
-            "<text class=\"soft name\" x=\"{edge}\" y=\"{base:.1}\" text-anchor=\"end\">{}</text>",
-            escape_xml(&self.right_text)
-        );
-        let places: Vec<f64> = self
+        let texts = [
+            &self.name,
+            &self.description,
+            &self.message,
+            &self.right_text,
+        ];
+        let [name, sentence, message, aside] = texts.map(|text| escape_xml(text));
+        let places = self
             .margins
             .iter()
-            .map(|(_, margin)| scale.map_value(*margin))
-            .collect();
-        let (first, last) = places
-            .iter()
-            .fold((f64::INFINITY, left), |(first, last), &x| {
-                (x.min(first), x.max(last))
-            });
-        if places.len() > 1 {
+            .map(|(_, margin)| scale.map_value(*margin));
+        let first = places.clone().fold(f64::INFINITY, f64::min);
+        let last = places.fold(left + 10.0, f64::max);
+        let _ = writeln!(
+            svg,
+            "<text class=\"name {class}\" x=\"{start}\" y=\"{base:.1}\">{name}</text>\n<text class=\"name\" x=\"{words}\" y=\"{base:.1}\">{sentence}{broken}</text>\n\
+             <text class=\"soft name\" x=\"{edge}\" y=\"{base:.1}\" text-anchor=\"end\">{aside}</text>\n<text class=\"soft name label\" x=\"{:.1}\" y=\"{base:.1}\">{message}</text>",
+            last + 12.0
+        );
+        if self.margins.len() > 1 {
             let _ = writeln!(
                 svg,
                 "<path class=\"grid\" d=\"M{first:.1} {y:.1}H{last:.1}\"/>"
             );
         }
-        for (x, (colour, margin)) in places.iter().zip(&self.margins) {
+        for (colour, margin) in &self.margins {
             // Dots of different colours have different heights, so that both stay visible.
-            let y = if *colour == ThemeColour::First {
-                y - 2.5
+            let up = if *colour == ThemeColour::First {
+                -2.5
             } else {
-                y + 2.5
+                2.5
             };
-            let label = format!("{name}: {} times", format_number(*margin));
+            let (x, y, class) = (scale.map_value(*margin), y + up, colour.css_class());
+            let margin = format_significant_digits(*margin, 3);
             let _ = writeln!(
                 svg,
-                "<circle class=\"dot {}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"><title>{label}</title></circle>",
-                colour.css_class()
+                "<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"><title>{name}: {margin} times</title></circle>"
             );
         }
-        let at = if places.is_empty() {
-            left + 22.0
-        } else {
-            last + 12.0
-        };
-        let _ = writeln!(
-            svg,
-            "<text class=\"soft name label\" x=\"{at:.1}\" y=\"{base:.1}\">{message}</text>"
-        );
     }
 }
 

@@ -94,7 +94,27 @@ const HEIGHT: f64 = 578.0;
 /// y coordinate of the upper edge of a plot without a title, in pixels of the SVG.
 const BARE_TOP: f64 = 80.0;
 
-pub(super) const STYLE: &str = include_str!("plot.css");
+/// Begins an SVG picture, which `to_svg` of a plot ends. Texts are the title, and the name of a picture
+/// without one; lines stand below the title. A picture without a title begins at `bare`.
+pub(super) fn begin_svg(
+    texts: [&str; 2],
+    lines: [&str; 2],
+    [width, bare, bottom]: [f64; 3],
+) -> String {
+    let ([title, name], [above, below]) = (texts.map(escape_xml), lines.map(escape_xml));
+    let heading = format!(
+        "<text class=\"title\" x=\"24\" y=\"34\">{title}</text>\n<text class=\"soft\" x=\"24\" y=\"56\">{above}</text>\n<text class=\"soft\" x=\"24\" y=\"75\">{below}</text>\n"
+    );
+    let (top, name, heading) = match title.is_empty() {
+        true => (bare, name, String::new()),
+        false => (0.0, title, heading),
+    };
+    let (height, style) = (bottom - top, include_str!("plot.css"));
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 {top} {width} {height}\" width=\"{width}\" height=\"{height}\" \
+         role=\"group\" aria-label=\"{name}\">\n<style>\n{style}</style>\n<rect class=\"paper\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>\n{heading}"
+    )
+}
 
 impl Plot {
     /// Formats the plot as an SVG file. Lines without points are omitted; a plot without any point
@@ -109,8 +129,11 @@ impl Plot {
                 AREA[1],
             ),
         };
-        let mut svg = String::new();
-        self.draw_title(&mut svg);
+        let mut svg = begin_svg(
+            [&self.title, &self.y.label],
+            [&self.subtitle, &self.circumstances],
+            [WIDTH, BARE_TOP, HEIGHT],
+        );
         self.draw_grid(&mut svg, &frame);
         // The first line and its names lie on top.
         for line in self.lines.iter().rev() {
@@ -119,32 +142,6 @@ impl Plot {
         self.draw_legend(&mut svg);
         svg.push_str("</svg>\n");
         svg
-    }
-
-    fn draw_title(&self, svg: &mut String) {
-        let [title, subtitle, circumstances] =
-            [&self.title, &self.subtitle, &self.circumstances].map(|text| escape_xml(text));
-        let top = if title.is_empty() { BARE_TOP } else { 0.0 };
-        let height = HEIGHT - top;
-        let name = if title.is_empty() {
-            escape_xml(&self.y.label)
-        } else {
-            title.clone()
-        };
-        // Writing to a string cannot fail.
-        let _ = write!(
-            svg,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 {top} {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
-             role=\"group\" aria-label=\"{name}\">\n<desc>{subtitle}</desc>\n<style>\n{STYLE}</style>\n\
-             <rect class=\"paper\" y=\"{top}\" width=\"{WIDTH}\" height=\"{height}\"/>\n"
-        );
-        if !title.is_empty() {
-            let _ = write!(
-                svg,
-                "<text class=\"title\" x=\"24\" y=\"34\">{title}</text>\n<text class=\"soft\" x=\"24\" y=\"56\">{subtitle}</text>\n\
-                 <text class=\"soft\" x=\"24\" y=\"75\">{circumstances}</text>\n"
-            );
-        }
     }
 
     /// Draws grid lines at powers of ten with their labels, and the names of the axes.
@@ -191,64 +188,30 @@ impl Plot {
         );
     }
 
-    fn nonempty_lines(&self) -> impl Iterator<Item = &PlotLine> {
-        self.lines.iter().filter(|line| !line.points.is_empty())
-    }
-
-    fn has_upper_bounds(&self) -> bool {
-        self.lines
-            .iter()
-            .flat_map(|line| &line.points)
-            .any(|point| point.is_bound)
-    }
-
-    /// Returns the box of the legend: left, top, right and bottom, in pixels of the SVG.
-    fn legend_box(&self) -> [f64; 4] {
-        let left = if self.is_falling {
-            AREA[2] - 300.0
-        } else {
-            AREA[0] + 18.0
-        };
-        let rows = self.nonempty_lines().count() + usize::from(self.has_upper_bounds());
-        [
-            left,
-            AREA[1] + 6.0,
-            left + 300.0,
-            AREA[1] + 10.0 + 23.0 * rows as f64,
-        ]
-    }
-
     /// Draws the legend, in the upper corner that the lines do not reach.
     fn draw_legend(&self, svg: &mut String) {
-        let [left, ..] = self.legend_box();
-        let row = |i: usize| AREA[1] + 20.0 + 23.0 * i as f64;
-        if self.has_upper_bounds() {
-            let (x, y) = (left, row(self.nonempty_lines().count()));
-            let _ = writeln!(
-                svg,
-                "<path class=\"spread mark\" d=\"{}\"/>",
-                down_arrow_path(x + 20.0, y - 8.0)
-            );
-            let _ = writeln!(
-                svg,
-                "<text x=\"{}\" y=\"{}\">an upper bound, within noise</text>",
-                x + 50.0,
-                y + 5.0
-            );
-        }
-        for (i, line) in self.nonempty_lines().enumerate() {
-            let (x, y) = (left, row(i));
+        let x = match self.is_falling {
+            true => AREA[2] - 300.0,
+            false => AREA[0] + 18.0,
+        };
+        let mut y = AREA[1] + 20.0;
+        let label = |y: f64, name: &str| {
+            let (x, y, name) = (x + 50.0, y + 5.0, escape_xml(name));
+            format!("<text x=\"{x}\" y=\"{y}\">{name}</text>\n")
+        };
+        for line in self.lines.iter().filter(|line| !line.points.is_empty()) {
             if !line.is_unjoined {
                 line.draw_stroke(svg, &format!("M{x} {y}h40"));
             }
             line.draw_marker(svg, x + 20.0, y);
-            let _ = writeln!(
-                svg,
-                "<text x=\"{}\" y=\"{}\">{}</text>",
-                x + 50.0,
-                y + 5.0,
-                escape_xml(&line.name)
-            );
+            *svg += &label(y, &line.name);
+            y += 23.0;
+        }
+        let mut points = self.lines.iter().flat_map(|line| &line.points);
+        if points.any(|point| point.is_bound) {
+            let arrow = down_arrow_path(x + 20.0, y - 8.0);
+            *svg += &format!("<path class=\"spread mark\" d=\"{arrow}\"/>\n");
+            *svg += &label(y, "an upper bound, within noise");
         }
     }
 }
