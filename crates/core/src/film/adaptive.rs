@@ -37,6 +37,10 @@ const TILE_GROWTH: u32 = 2;
 /// Least number of samples of a tile, relative to a tile of mean variance.
 const LEAST_TILE_WEIGHT: f64 = 0.25;
 
+/// Samples of every pixel after which a nearly black picture ends. Unless its light is rarer than that, its
+/// mean radiance is known, so that more samples leave its error unknown.
+const SAMPLES_OF_BLACK: u32 = 256;
+
 /// Progress of a film towards a requested error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ErrorProgress {
@@ -44,7 +48,8 @@ pub(crate) enum ErrorProgress {
     Reached,
     /// More samples are needed.
     NeedsSamples,
-    /// The error is too large, but every pixel has the greatest number of samples.
+    /// The error is too large, but every pixel has the greatest number of samples, or the picture is nearly
+    /// black.
     Exhausted,
 }
 
@@ -95,6 +100,11 @@ impl Film {
         });
         if is_reached {
             return ErrorProgress::Reached;
+        }
+        let doubt = noisy.and_then(|noisy| noisy.doubt);
+        let fewest = *self.sample_range(&self.full_part()).start();
+        if doubt == Some(EstimateDoubt::NearlyBlack) && fewest >= SAMPLES_OF_BLACK {
+            return ErrorProgress::Exhausted;
         }
         let uncertainty = denoised.map(|denoised| denoised.error).or(noisy);
         if let Some((claimed, doubt)) = uncertainty

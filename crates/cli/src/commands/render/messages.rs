@@ -321,7 +321,11 @@ pub fn describe_shortfall(
     if noisy.is_some_and(|noisy| is_error_reached(requested, noisy, rendered)) {
         return None;
     }
+    let doubt = noisy.and_then(|noisy| noisy.doubt);
     Some(match describe_doubted_progress(film, requested) {
+        _ if doubt == Some(EstimateDoubt::NearlyBlack) => format!(
+            "the requested error of {requested} is not reached: the picture is nearly black, and stays so with more samples"
+        ),
         Some(doubted) => {
             format!("the requested error of {requested} may not be reached: {doubted}")
         }

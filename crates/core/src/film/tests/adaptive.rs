@@ -58,6 +58,25 @@ fn total(film: &Film) -> u64 {
     film.progress(&film.full_part()).0
 }
 
+/// Protects: a nearly black picture ends after some hundred samples, since more do not tell its error. A
+/// picture a hundred times as bright takes all samples that it may.
+#[test]
+fn a_nearly_black_picture_ends_early() {
+    let samples = |radiance: f64| {
+        let mut film = row(4, 4096);
+        loop {
+            add_samples(&mut film, |replicate, tile, n| {
+                radiance * known(|_| 1.0)(replicate, tile, n)
+            });
+            if film.plan_next_round(1e-3, &()) != ErrorProgress::NeedsSamples {
+                return total(&film) / film.plan.pixel_count() as u64;
+            }
+        }
+    };
+    assert!((256..512).contains(&samples(1e-3)), "{}", samples(1e-3));
+    assert_eq!(samples(0.1), 4096);
+}
+
 /// Protects: tiles whose samples deviate four times as much get four times as many, up to the grid
 /// of counts. A round adds at most a quarter. The requested error is reached by the upper end of
 /// the interval, with at most a sixteenth and a grid step too many.
