@@ -43,21 +43,12 @@ impl SampleQuantiles {
 
     /// Returns the quantiles multiplied by a factor, for instance to change the unit.
     pub fn scale(self, factor: f64) -> Self {
-        let Self {
-            median,
-            lower_quartile,
-            upper_quartile,
-            min,
-            max,
-        } = self;
-        let [median, lower_quartile, upper_quartile, min, max] =
-            [median, lower_quartile, upper_quartile, min, max].map(|x| x * factor);
         Self {
-            median,
-            lower_quartile,
-            upper_quartile,
-            min,
-            max,
+            median: factor * self.median,
+            lower_quartile: factor * self.lower_quartile,
+            upper_quartile: factor * self.upper_quartile,
+            min: factor * self.min,
+            max: factor * self.max,
         }
     }
 
