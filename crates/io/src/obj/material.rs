@@ -60,8 +60,9 @@ impl LibraryMaterial {
 
     /// Returns a finite number, limited to the range from 0 to 1.
     fn share(&self, key: &str) -> Option<f64> {
-        let number = self.number(key).filter(|number| number.is_finite());
-        number.map(clamp_unit)
+        Some(clamp_unit(
+            self.number(key).filter(|number| number.is_finite())?,
+        ))
     }
 }
 
@@ -350,10 +351,9 @@ pub(super) fn load(
     for rest in names.iter().filter(|name| seen.insert(**name)) {
         for (path, bytes) in read_libraries(rest, folder, warnings)? {
             let place = path.rfind('/').map_or("", |end| &path[..=end]);
-            let materials = read_materials(&decode_text(&bytes), (folder, place), warnings);
-            materials
-                .into_iter()
-                .for_each(|material| library.add(material));
+            for material in read_materials(&decode_text(&bytes), (folder, place), warnings) {
+                library.add(material);
+            }
         }
     }
     Ok(library)
@@ -419,9 +419,9 @@ fn read_materials(
         }
         // Images of unused materials are not read, but are the user's files too.
         if takes_name(keyword) {
-            image_candidates(place, &TextureStatement::parse(rest).path)
-                .iter()
-                .for_each(|path| folder.record_reference(path));
+            for path in image_candidates(place, &TextureStatement::parse(rest).path) {
+                folder.record_reference(&path);
+            }
         }
         // Statements before the first name describe no material.
         let mut nothing = LibraryMaterial::default();
@@ -462,7 +462,9 @@ impl LibraryMaterial {
         } else if let Some(key) = IMAGES.into_iter().find(is_key) {
             self.images.insert(key, TextureStatement::parse(rest));
         } else if !is_key(&"map_Ka") {
-            self.unsupported.insert(keyword.to_owned());
+            // Some programs write `map_Bump`.
+            let bump = Some("map_bump").filter(is_key);
+            self.unsupported.insert(bump.unwrap_or(keyword).to_owned());
         }
         Some(())
     }
