@@ -15,8 +15,8 @@ use raywright_core::settings::Crop;
 
 use super::numbers::{format_power, format_precise_duration, format_seconds, format_three_digits};
 use super::plot::{Plot, PlotAxis, PlotLine, PlotPoint, ThemeColour, escape_xml};
-use super::section::{ReportSection, html_with_code};
-use super::table::format_uncertain;
+use super::section::ReportSection;
+use super::table::{format_uncertain, html_with_code};
 use crate::output::{PictureMetadata, encode_png};
 
 /// Contents of the HTML report of an accuracy measurement.

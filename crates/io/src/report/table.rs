@@ -3,7 +3,6 @@
 use raywright_core::accuracy::ConfidenceInterval;
 
 use super::plot::escape_xml;
-use super::section::html_with_code;
 use crate::masking::mask_to_one_line;
 
 /// Alignment of the cells in a column of a [`Table`].
@@ -245,6 +244,17 @@ fn keep_units(cell: &str) -> String {
             text.replace(&format!("\u{a0}{start}"), &format!(" {start}"))
         })
         .replace("to\u{a0}", "to ")
+}
+
+/// Escapes a text for HTML. Text between back quotes becomes code.
+pub(super) fn html_with_code(text: &str) -> String {
+    let parts = text.split('`').map(escape_xml).enumerate();
+    parts
+        .map(|(i, part)| match i % 2 {
+            1 => format!("<code>{part}</code>"),
+            _ => part,
+        })
+        .collect()
 }
 
 /// Formats an attribute of an HTML element; empty for an empty value.
