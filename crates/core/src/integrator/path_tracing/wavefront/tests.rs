@@ -479,7 +479,7 @@ fn prepared(scene: &Scene) -> PreparedScene<f32> {
     PreparedScene::new(scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
 }
 
-/// Protects: layers show the first hit of a camera ray, also if the path passes through it; a veil
+/// Protects: layers show the first hit of a camera ray on a surface that is present there; a veil
 /// is added to the results, after clamping.
 #[test]
 fn first_hits_veils_and_limits() {
@@ -501,22 +501,30 @@ fn first_hits_veils_and_limits() {
         },
         &mut results,
     );
-    let mut hits = 0;
+    let (mut hits, mut passed) = (0, 0);
     for (index, ray) in rays.iter().enumerate() {
         let hit = prepared
             .geometry
             .closest(ray, raywright_bvh::Interval::positive(), &mut ());
         hits += usize::from(hit.is_some());
-        assert_eq!(
-            results
-                .first_hit_and_emission(index)
-                .0
-                .map(|first| first.object),
+        let found = results.first_hit_and_emission(index).0;
+        let (found, nearest) = (
+            found.map(|first| first.object),
             hit.map(|hit| hit.outermost_id()),
-            "{index}"
+        );
+        // A surface that straight rays may pass is the first hit, or another one behind it is.
+        let is_passable = |&object: &u32| {
+            let material = prepared.objects[object as usize].material;
+            !prepared.materials[material as usize].blocks_straight_rays()
+        };
+        passed += usize::from(found != nearest);
+        assert!(
+            found == nearest || nearest.as_ref().is_some_and(is_passable),
+            "{index}: {found:?}, not {nearest:?}"
         );
     }
     assert!(hits > rays.len() / 2, "{hits}");
+    assert!(passed > 5, "{passed}");
     prepared.veil = glam::Vec3::new(0.25, 0.5, 1.0);
     prepared.clamp = Some(0.75);
     let mut limited = 0;
@@ -544,7 +552,7 @@ fn vertices_get_their_own_numbers() {
         .map(|i| core::array::from_fn(|k| 4.0 * i as f32 + k as f32))
         .collect();
     let numbers = |draws: &[[f32; 4]]| {
-        let VertexSamples { light, scatter } = VertexSamples::from_draws(draws, 2, 1);
+        let VertexSamples { light, scatter } = VertexSamples::from_draws(draws, 1, 3);
         (light, scatter)
     };
     let scatter = [7.0, 4.0, 5.0, 6.0];
