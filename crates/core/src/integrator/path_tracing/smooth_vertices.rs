@@ -21,7 +21,7 @@ impl<R: Real> PathTracer<'_, R> {
         samples: &VertexSamples,
     ) -> bool {
         let [_, u, _, u_roulette] = samples.scatter.map(R::from_f32);
-        let Some((normal, direction, weight, scattered_ray)) =
+        let Some(([normal, direction, weight], scattered_ray)) =
             self.sample_smooth_surface(path, (hit, interaction), lobe, u)
         else {
             return false;
@@ -66,7 +66,7 @@ impl<R: Real> PathTracer<'_, R> {
         (hit, interaction): (&Hit<R>, &Interaction<R>),
         (lobe, glass): (&Lobe<R>, Option<&Glass<R>>),
         u: R,
-    ) -> Option<(R::Vec3, R::Vec3, R::Vec3, ScatteredRay<R>)> {
+    ) -> Option<([R::Vec3; 3], ScatteredRay<R>)> {
         let mut scattered_ray = ScatteredRay {
             is_delta: true,
             ..ScatteredRay::REFLECTED
@@ -74,12 +74,8 @@ impl<R: Real> PathTracer<'_, R> {
         let Some(glass) = glass else {
             let (normal, view) = (interaction.normal, -interaction.direction);
             let (direction, reflectance) = lobe.sample_delta(normal, view, u);
-            return (normal.dot(view) > R::ZERO).then_some((
-                normal,
-                direction,
-                reflectance,
-                scattered_ray,
-            ));
+            return (normal.dot(view) > R::ZERO)
+                .then_some(([normal, direction, reflectance], scattered_ray));
         };
         let interface = self
             .scene
@@ -94,12 +90,8 @@ impl<R: Real> PathTracer<'_, R> {
         };
         let (direction, rest) = round_direction::<R>(direction);
         scattered_ray.direction_error = rest;
-        (interface.cos_incident > 0.0).then_some((
-            interaction.facing_normal(),
-            direction,
-            tint,
-            scattered_ray,
-        ))
+        let vectors = [interaction.facing_normal(), direction, tint];
+        (interface.cos_incident > 0.0).then_some((vectors, scattered_ray))
     }
 }
 
