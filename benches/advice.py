@@ -20,15 +20,15 @@ def channels(path, name):
     with OpenEXR.File(str(path)) as file:
         return np.array(file.channels()[name].pixels, dtype=np.float64)[..., :3]
 
-def flags(rungs):
-    """Rungs that ask for a setting, as words."""
-    return [word for rung in rungs for word in rung.split()]
+def words(flags):
+    """Flags of a setting as words."""
+    return [word for flag in flags for word in flag.split()]
 
 def joined(own, setting):
-    chosen = {rung.split('=')[0] for rung in setting}
-    all = [rung for rung in own if rung.split('=')[0] not in chosen] + setting
-    # Too few samples are not denoised.
-    return [rung for rung in all if rung != '--rung reconstruction=denoised' or not {'--rung samples=1', '--rung samples=4'} & set(all)]
+    """Flags of a setting beside those in use: of one ladder the last counts. Too few samples are not denoised."""
+    all = own + setting
+    samples = next((int(flag.split()[1]) for flag in reversed(all) if flag.startswith('--spp ')), 64)
+    return [flag for flag in all if flag != '--denoise' or samples >= 8]
 
 def measured(a, spec, budget):
     """The scene's name in files, its flags, the rungs in use, and the report, measured now unless it is kept."""
@@ -37,11 +37,12 @@ def measured(a, spec, budget):
     spp = next((word for word in rest if 'x' not in word), None)
     base = [scene] + (['--size', size] if size else []) + (['--threads', a.threads] if a.threads else [])
     name = re.sub(r'\W', '-', f"{pathlib.Path(scene.removeprefix('preset:')).name.removesuffix('.scene.toml')}-{spp or 'own'}-{size or 'own'}")
-    own = [f'--rung samples={spp}'] if spp else []
+    own = [f'--spp {spp}'] if spp else []
+    chosen = ['--rung', f'samples={spp}'] if spp else []
     kept = a.folder / f'{name}-{budget}{a.suffix}.json'
     if not kept.exists():
         begun = time.monotonic()
-        run = subprocess.run([a.program, 'accuracy', *base, *flags(own), '--budget', budget, '--json', '-q'], capture_output=True, text=True)
+        run = subprocess.run([a.program, 'accuracy', *base, *chosen, '--budget', budget, '--json', '-q'], capture_output=True, text=True)
         report = json.loads(run.stdout) if run.returncode == 0 else {'failure': run.stderr.strip()}
         kept.write_text(json.dumps(report | {'wall': time.monotonic() - begun}))
     report = json.loads(kept.read_text())
@@ -49,19 +50,19 @@ def measured(a, spec, budget):
         in_use = {ladder['ladder']: ladder['in_use'] for ladder in report['ladders']}
         if in_use.get('reconstruction') == 'denoised':
             # An EXR file of a model keeps its noise unless a flag says otherwise.
-            own = [f"--rung samples={in_use['samples']}", '--rung reconstruction=denoised']
+            own = [f"--spp {in_use['samples']}", '--denoise']
     return name, base, own, report
 
 class Follower:
     """Renders settings of a scene with other seeds, and keeps their figures."""
     def __init__(self, a, name, base, own, report):
         self.a, self.base, self.own = a, base, own
-        exact = [rung for rung in report['reference']['rungs'] if not rung.startswith(('--spp', '--rung samples', '--rung precision'))]
+        exact = [rung for rung in report['reference']['rungs'] if not rung.startswith(('--spp', '--precision'))]
         kind = f"{zlib.crc32(' '.join(exact).encode()):08x}"
         truths = [a.folder / f'{name}-truth{k}-{kind}.exr' for k in (1, 2)]
         for k, truth in enumerate(truths):
             if not truth.exists():
-                subprocess.run([a.program, 'render', *base, *flags(exact), '--spp', str(a.truth // 2), '--seed', str(900001 + k), '-q', '-o', truth], check=True)
+                subprocess.run([a.program, 'render', *base, *words(exact), '--spp', str(a.truth // 2), '--seed', str(900001 + k), '-q', '-o', truth], check=True)
         self.truths = [channels(truth, 'RGB') for truth in truths]
         self.weight = 1 / ((np.maximum(sum(self.truths), 0) / 2) ** 2 + .01)
         self.store = a.folder / f'{name}-renders-{kind}.json'
@@ -75,8 +76,8 @@ class Follower:
             if key not in self.renders:
                 scratch, stats = (self.a.folder / f'scratch{self.store.stem}.{end}' for end in ('exr', 'json'))
                 all = joined(self.own, rungs)
-                subprocess.run([self.a.program, 'render', *self.base, *flags(all), '--seed', str(7000 + turn), '-o', scratch, '--stats', stats, '-q'], check=True)
-                picture = channels(scratch, 'denoised' if any('denoised' in rung for rung in all) else 'RGB')
+                subprocess.run([self.a.program, 'render', *self.base, *words(all), '--seed', str(7000 + turn), '-o', scratch, '--stats', stats, '-q'], check=True)
+                picture = channels(scratch, 'denoised' if [flag for flag in all if flag.endswith('denoise')][-1:] == ['--denoise'] else 'RGB')
                 one, other = self.truths
                 seconds = json.loads(stats.read_text())['seconds']['render_cpu']
                 self.renders[key] = [((picture - one) * (picture - other) * self.weight).mean(), 2 * picture.sum() / (one + other).sum() - 1, seconds]
@@ -116,7 +117,7 @@ def follow(a, spec, budget):
     follower = Follower(a, name, base, own, report)
     advice = {what: told and told['row'] for what, told in report['recommendations'].items()}
     by_chance = sorted(known, key=lambda row: zlib.crc32(' '.join(settings[row]['flags']).encode()))
-    samples = lambda row: next((int(rung.split('=')[1]) for rung in settings[row]['flags'] if rung.startswith('--rung samples=')), 0)
+    samples = lambda row: next((int(flag.split()[1]) for flag in settings[row]['flags'] if flag.startswith('--spp ')), 0)
     must = [0] + [row for row in advice.values() if row]
     true, held = {}, 0
     for row in dict.fromkeys(must + [row for row in report['frontier'] + by_chance if row in known and samples(row) <= 64]):
@@ -126,7 +127,7 @@ def follow(a, spec, budget):
         holds = told['known'] and told['low'] <= error <= told['high']
         held += holds
         printed = f"{told['value']:.4f} ({told['low']:.4f} to {told['high']:.4f})" if told['known'] else 'not known'
-        print(f"| {name} | {budget} | {' '.join(rungs).replace('--rung ', '') or 'as it is'} | {printed} | {error:.4f} | {('yes' if holds else 'NO') if told['known'] else '-'} | "
+        print(f"| {name} | {budget} | {' '.join(rungs) if row else 'in use'} | {printed} | {error:.4f} | {('yes' if holds else 'NO') if told['known'] else '-'} | "
               f"{settings[row]['seconds']['value']:.2f} / {cpu:.2f} | {settings[row]['ratio']['value'] or 1:.2f} / {cpu / true[0][2]:.2f} | {light:+.2%} |", flush=True)
     followed = sum(errors[row]['known'] for row in true)
     verdicts = [f"{what}: {'right' if is_right else 'WRONG'}, {words}" for what, is_right, words in judged(report, advice, true)]

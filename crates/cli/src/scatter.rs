@@ -6,11 +6,11 @@ use raywright_io::report::format_significant_digits;
 const WIDTH: usize = 44;
 const HEIGHT: usize = 10;
 
-/// Draws points (x, y) in a plot, with the axes named `horizontal` and `vertical`. Values at or
+/// Draws points (x, y), each with its mark, in a plot, with the axes named `horizontal` and `vertical`. Values at or
 /// below zero lie on the edge. Returns the lines of the plot; empty unless the points differ in x
 /// and in y.
-pub fn draw_scatter_plot(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> String {
-    let ends = |of: fn(&(f64, f64)) -> f64| {
+pub fn draw_scatter_plot(points: &[(f64, f64, char)], vertical: &str, horizontal: &str) -> String {
+    let ends = |of: fn(&(f64, f64, char)) -> f64| {
         let known = points.iter().map(of).filter(|v| *v > 0.0 && v.is_finite());
         known.fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
             (low.min(v), high.max(v))
@@ -26,7 +26,7 @@ pub fn draw_scatter_plot(points: &[(f64, f64)], vertical: &str, horizontal: &str
     };
     let mut cells = vec![[' '; WIDTH]; HEIGHT];
     for point in points {
-        cells[HEIGHT - 1 - place(point.1, y, HEIGHT)][place(point.0, x, WIDTH)] = 'o';
+        cells[HEIGHT - 1 - place(point.1, y, HEIGHT)][place(point.0, x, WIDTH)] = point.2;
     }
     let [top, bottom] = [y.1, y.0].map(|v| format_significant_digits(v, 2));
     let margin = [&top, &bottom]
@@ -65,7 +65,11 @@ mod tests {
     /// and lines fit a small terminal.
     #[test]
     fn corners_are_where_they_belong() {
-        let plot = draw_scatter_plot(&[(0.01, 1.0), (0.1, 0.1), (1.0, 0.01)], "error", "time");
+        let plot = draw_scatter_plot(
+            &[(0.01, 1.0, 'o'), (0.1, 0.1, 'o'), (1.0, 0.01, 'o')],
+            "error",
+            "time",
+        );
         let lines: Vec<&str> = plot.lines().collect();
         assert_eq!(lines.len(), HEIGHT + 3);
         let column = |line: &str| {
@@ -97,7 +101,14 @@ mod tests {
     #[test]
     fn few_points_are_no_plot() {
         assert_eq!(draw_scatter_plot(&[], "y", "x"), "");
-        assert_eq!(draw_scatter_plot(&[(1.0, 1.0)], "y", "x"), "");
-        assert!(draw_scatter_plot(&[(1.0, 0.0), (2.0, 1.0), (3.0, 2.0)], "y", "x").contains('o'));
+        assert_eq!(draw_scatter_plot(&[(1.0, 1.0, 'o')], "y", "x"), "");
+        assert!(
+            draw_scatter_plot(
+                &[(1.0, 0.0, 'o'), (2.0, 1.0, 'x'), (3.0, 2.0, 'o')],
+                "y",
+                "x"
+            )
+            .contains('x')
+        );
     }
 }

@@ -176,24 +176,27 @@ pub(super) fn ratio_of_sums(tiles: &[[f64; 2]]) -> ConfidenceInterval {
         return ConfidenceInterval::UNKNOWN;
     }
     let residuals = tiles.iter().map(|tile| tile[0] - ratio * tile[1]);
-    let squares: Vec<f64> = residuals.map(|residual| residual * residual).collect();
-    let sum: f64 = squares.iter().sum();
+    let variance = variance_of_sum(&residuals.collect::<Vec<_>>());
     // What rounding leaves of equal ratios.
-    if sum <= (1e-7 * above).powi(2) {
+    if variance <= (1e-7 * above).powi(2) {
         return ConfidenceInterval::from_exact(ratio);
     }
-    let count = effective_count(&squares);
-    let error = (sum * count / (count - 1.0)).sqrt() / above;
-    let widening = student_factor_95((count - 1.0) as u32) / NORMAL;
-    ConfidenceInterval::from_logarithm(ratio, error * widening)
+    ConfidenceInterval::from_logarithm(ratio, variance.sqrt() / above)
 }
 
-/// Returns the number of terms, at least two, that carry a sum of squares of normal numbers: fewer
-/// than all where a few dominate (Satterthwaite, "An Approximate Distribution of Estimates of
-/// Variance Components", 1946).
-fn effective_count(squares: &[f64]) -> f64 {
-    let [sum, of_squares] = [1, 2].map(|power| squares.iter().map(|x| x.powi(power)).sum::<f64>());
-    (3.0 * sum * sum / of_squares).clamp(2.0, (squares.len() as f64).max(2.0))
+/// Returns the variance of a sum by the differences of its terms from their mean, widened by Student's
+/// factor for the number of terms, at least two, that carry it: fewer than all where a few dominate
+/// (Satterthwaite, "An Approximate Distribution of Estimates of Variance Components", 1946).
+pub(super) fn variance_of_sum(differences: &[f64]) -> f64 {
+    let [sum, of_squares] =
+        [2, 4].map(|power| differences.iter().map(|x| x.powi(power)).sum::<f64>());
+    if sum == 0.0 {
+        return 0.0;
+    }
+    let most = (differences.len() as f64).max(2.0);
+    let count = (3.0 * sum * sum / of_squares).clamp(2.0, most);
+    let widening = student_factor_95((count - 1.0) as u32) / NORMAL;
+    sum * count / (count - 1.0) * widening * widening
 }
 
 #[cfg(test)]

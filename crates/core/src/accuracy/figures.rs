@@ -6,7 +6,9 @@
 //! the squared bias, from differences to the exact picture with the same random numbers.
 
 use super::curve::{Claim, NoiseCurve};
-use super::estimate::{ConfidenceInterval, RESOLUTION, SettingErrors, ratio_of_sums};
+use super::estimate::{
+    ConfidenceInterval, NORMAL, RESOLUTION, SettingErrors, ratio_of_sums, variance_of_sum,
+};
 use super::renderer::REPLICATES;
 use super::report::MeasuredSetting;
 use super::setting::RungSetting;
@@ -113,6 +115,12 @@ impl<'s> Figures<'s> {
         }
         let terms = pairs.iter().map(|pair| pair.map(|sums| sums.noise));
         let ratio = ratio_of_sums(&terms.collect::<Vec<_>>());
+        // Of what the tiles lack of the whole picture's noise, a rung may leave nothing or all.
+        let lack = 1.0 - self.tiled_share_of_noise(&baseline);
+        let low = (1.0 - lack) * ratio.low;
+        let high = ratio.high + lack * (1.0 - ratio.high).max(0.0);
+        let value = (low * high).sqrt();
+        let ratio = ConfidenceInterval { value, low, high };
         if setting.rung(Ladder::Sampler).is_none() {
             return ratio;
         }
@@ -122,6 +130,24 @@ impl<'s> Figures<'s> {
         let own = f64::from(self.study.space.sample_count(&baseline)) / f64::from(REPLICATES);
         let power = libm::log(replicate(samples)) / libm::log(own.max(2.0));
         ratio.map(|ratio| libm::pow(ratio, power))
+    }
+
+    /// Returns the share, 0 to 1, of the whole picture's noise that the tiles certainly do not exceed: rare
+    /// light may lie between them.
+    fn tiled_share_of_noise(&self, baseline: &RungSetting) -> f64 {
+        let sums = self.tile_sums(baseline);
+        let pixels: f64 = sums.iter().map(|of| of.pixels).sum();
+        let mean = sums.iter().map(|of| of.noise).sum::<f64>() / pixels;
+        let residuals = sums.iter().map(|of| of.noise - mean * of.pixels);
+        let variance = variance_of_sum(&residuals.collect::<Vec<_>>());
+        let most = mean + NORMAL * variance.sqrt() / pixels;
+        let whole = self.noise_curve().filter(|_| self.study.tile_share() < 1.0);
+        let samples = self.study.space.sample_count(baseline);
+        let least = whole.map_or(0.0, |curve| curve.square(samples).low);
+        match most < least {
+            true => most / least,
+            false => 1.0,
+        }
     }
 
     /// Returns the squared bias of a setting on tiles; `None` without a trial.
@@ -135,6 +161,7 @@ impl<'s> Figures<'s> {
         let errors = self.errors(setting)?;
         let (seconds, ratio) = self.cost(setting)?;
         Some(MeasuredSetting {
+            flags: setting.flags(),
             setting: setting.clone(),
             seconds,
             ratio,
@@ -243,15 +270,16 @@ impl<'s> Figures<'s> {
             None => (own_seconds, own_error),
         };
         let factor = self.time_ratio(&space.tile_setting(setting)?)?;
-        let filter = |setting: &RungSetting| match space.is_denoised(setting) {
-            true => Some(self.denoised_trials(setting).next()?.seconds),
+        let layers = self.layer_cost().value - 1.0;
+        let filter = |setting: &RungSetting, noisy: f64| match space.is_denoised(setting) {
+            true => Some(layers * noisy + self.denoised_trials(setting).next()?.seconds),
             false => Some(0.0),
         };
         // A clock may be too coarse for a tiny picture.
         let look = self.study.first_look;
-        let seconds = ((base + look) * factor.value + filter(setting)?).max(1e-9);
+        let seconds = ((base + look) * factor.value + filter(setting, base)?).max(1e-9);
         let error = libm::hypot(error, factor.logarithmic_error());
-        let ratio = seconds / (own_seconds + look + filter(&own)?).max(1e-9);
+        let ratio = seconds / (own_seconds + look + filter(&own, own_seconds)?).max(1e-9);
         let ratio = match *setting == own {
             true => ConfidenceInterval::from_exact(1.0),
             false => ConfidenceInterval::from_logarithm(ratio, libm::hypot(error, own_error)),
@@ -259,14 +287,29 @@ impl<'s> Figures<'s> {
         Some((ConfidenceInterval::from_logarithm(seconds, error), ratio))
     }
 
-    /// Returns the seconds of the setting in use with another number of samples, and the standard
+    /// Returns the time with the layers that a filter needs over the time without, as tiles tell it.
+    fn layer_cost(&self) -> ConfidenceInterval {
+        let layered = self.study.space.layered_baseline();
+        let cost = layered.and_then(|layered| self.time_ratio(&layered));
+        cost.unwrap_or(ConfidenceInterval::from_exact(1.0))
+    }
+
+    /// Returns the seconds of the setting in use, noisy, with another number of samples, and the standard
     /// error of their logarithm: of its own whole picture, or scaled from the largest. A scaled time has
     /// twice the error of others.
     fn whole_cost(&self, setting: &RungSetting) -> Option<(f64, f64)> {
-        if let Some(trial) = self.trials(setting, Region::Whole).next() {
-            return Some((trial.seconds, self.time_drift()));
-        }
         let space = &self.study.space;
+        let noisy = |trial: &Trial, factor: f64, error: f64| {
+            let layers = match space.has_layers(&trial.job) {
+                true => self.layer_cost(),
+                false => ConfidenceInterval::from_exact(1.0),
+            };
+            let error = libm::hypot(error * self.time_drift(), layers.logarithmic_error());
+            (factor * trial.seconds / layers.value, error)
+        };
+        if let Some(trial) = self.trials(setting, Region::Whole).next() {
+            return Some(noisy(trial, 1.0, 1.0));
+        }
         let settings = space.sample_settings();
         let others = settings
             .iter()
@@ -275,7 +318,7 @@ impl<'s> Figures<'s> {
         let count = |setting: &RungSetting| space.sample_count(setting);
         let largest = trials.max_by_key(|trial| count(&trial.job.setting))?;
         let factor = f64::from(count(setting)) / f64::from(count(&largest.job.setting));
-        Some((factor * largest.seconds, 2.0 * self.time_drift()))
+        Some(noisy(largest, factor, 2.0))
     }
 
     /// Returns the mean ratio of a setting's times on tiles to the mean of the baseline's before and

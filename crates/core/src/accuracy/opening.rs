@@ -116,35 +116,19 @@ impl Study<'_> {
         self.tiles.sort_unstable();
     }
 
-    /// Chooses the magnified part of the picture: about the tile with the most noise in this film,
-    /// of the tiles that objects fill to more than half.
+    /// Chooses the magnified part of the picture: about the tile with the most noise in this film, of the
+    /// tiles with an object in their middle.
     fn choose_detail(&mut self, film: &Film) -> Result<(), PrepareError> {
         let size = self.renderer.settings.size;
-        // Tiles have edges of a multiple of eight pixels.
-        let edge = 8;
-        let objects = self.renderer.find_objects(edge, self.instant_of(1.0))?;
-        let columns = size[0].div_ceil(edge);
+        let objects = self.renderer.find_objects(self.instant_of(1.0))?;
         let rank = |tile: u32| {
-            let Crop {
-                x,
-                y,
-                width,
-                height,
-            } = tile_crop(size, tile);
-            let rows = y / edge..(y + height).div_ceil(edge);
-            let cells = rows.flat_map(|row| {
-                (x / edge..(x + width).div_ceil(edge)).map(move |x| row * columns + x)
-            });
-            let shown = cells.filter_map(|cell| objects.get(cell as usize));
-            let [hit, all] = shown.fold([0, 0], |[hit, all], &object| {
-                [hit + u32::from(object >= 0.0), all + 1]
-            });
             let replicates = film.tile_replicates(tile).unwrap_or_default();
             let noise = replicates.first().map_or(0.0, |_| {
                 let truth = mean_of_replicates(&replicates);
                 TileSums::new(&replicates, &replicates[..1], &truth).noise
             });
-            (2 * hit > all, noise)
+            let object = objects.get(tile as usize);
+            (object.is_some_and(|&object| object >= 0.0), noise)
         };
         let tiles = 0..tile_count(size) as u32;
         let ranked: Vec<_> = tiles
@@ -183,16 +167,10 @@ impl Study<'_> {
         while samples < MOST_REFERENCE_SAMPLES && 4.0 * f64::from(samples) * cost < most {
             samples *= 4;
         }
-        let SettingRenderer {
-            scene,
-            settings,
-            observer,
-            stopwatch,
-            now,
-            ..
-        } = *self.renderer;
-        let (scene, settings) = reference_setup(&self.space.exact, scene, settings, samples);
-        let renderer = SettingRenderer::new(&scene, &settings, observer, (stopwatch, now));
+        let of = self.renderer;
+        let (scene, settings) = reference_setup(&self.space.exact, of.scene, of.settings, samples);
+        let clocks = (of.stopwatch, of.now);
+        let renderer = SettingRenderer::new(&scene, &settings, of.observer, clocks);
         let timed = renderer.render_film(&FilmRequest {
             setting: &RungSetting::default(),
             round: 0,
@@ -214,8 +192,7 @@ impl Study<'_> {
                 && !matches!(ladder, Ladder::PixelFilter | Ladder::Reconstruction)
         };
         let most_exact = |&ladder: &Ladder| {
-            let mut choices = self.space.applicable_rungs(ladder).into_iter().rev();
-            let exact = choices.find(RungChoice::can_be_reference);
+            let exact = self.space.applicable_rungs(ladder).pop();
             exact.filter(|&choice| !self.space.is_in_use(choice))
         };
         let ladders = self.space.ladders.iter().filter(is_biased);

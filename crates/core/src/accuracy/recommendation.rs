@@ -75,18 +75,22 @@ pub(super) fn pareto_front(settings: &[MeasuredSetting]) -> Vec<usize> {
     };
     let mut order: Vec<usize> = (0..settings.len()).filter(is_eligible).collect();
     order.sort_by_key(|&row| changes(row));
-    let is_beaten = |place: usize| {
-        let own = point(order[place]);
-        order.iter().enumerate().any(|(other, &row)| {
-            let other_point = point(row);
-            let limit = |i: usize, sign: f64| own[i] * (1.0 + sign * RESOLUTION);
-            let at_most = (0..2).all(|i| other_point[i] <= limit(i, 1.0));
-            let less = (0..2).any(|i| other_point[i] < limit(i, -1.0));
-            at_most && (less || other < place)
-        })
+    // Whether one row is at most as slow and as wrong as another, and whether it is clearly less so.
+    let compare = |one: usize, other: usize| {
+        let (one, other) = (point(one), point(other));
+        let is_below = |i: usize, sign: f64| one[i] <= other[i] * (1.0 + sign * RESOLUTION);
+        let covers = (0..2).all(|i| is_below(i, 1.0));
+        (covers, covers && (0..2).any(|i| is_below(i, -1.0)))
     };
-    let places = (0..order.len()).filter(|&place| !is_beaten(place));
-    let mut front: Vec<usize> = places.map(|place| order[place]).collect();
+    // The simplest of equal rows stays.
+    let mut kept: Vec<usize> = Vec::new();
+    for row in order {
+        if !kept.iter().any(|&other| compare(other, row).0) {
+            kept.push(row);
+        }
+    }
+    let is_beaten = |&row: &usize| kept.iter().any(|&other| compare(other, row).1);
+    let mut front: Vec<usize> = kept.iter().copied().filter(|row| !is_beaten(row)).collect();
     front.sort_by(|&a, &b| point(a)[0].total_cmp(&point(b)[0]));
     front
 }
@@ -105,7 +109,10 @@ pub(super) fn recommend_settings(settings: &[MeasuredSetting], front: &[usize]) 
     let same = all.find(|&row| is_within(row, SAME, DOUBT[1]) && time(row) <= SOONER);
     let faster = |limit: f64, than: f64| {
         let rows = 0..settings.len();
-        let biased = rows.filter(|&row| !is_recommendable(&settings[row], &settings[0]));
+        let biased = rows.filter(|&row| {
+            let of = &settings[row];
+            of.errors.root_relmse.is_known() && !is_recommendable(of, &settings[0])
+        });
         biased
             .filter(|&row| is_within(row, limit, DOUBT[1]) && time(row) <= SOONER * than)
             .min_by(|&a, &b| time(a).total_cmp(&time(b)))

@@ -138,18 +138,15 @@ impl<'a> SettingRenderer<'a> {
         })?
     }
 
-    /// Returns which object each part of the picture shows, or −1 for the sky. A part has `edge`
-    /// times `edge` pixels.
-    pub fn find_objects(&self, edge: u32, end: Instant) -> Result<Vec<f32>, PrepareError> {
-        let setting = RungSetting::default();
-        let look = |ready: &ReadyScene| {
-            let until = self.deadline_observer(end);
-            ready
-                .render_preview(edge, 1, &[Aov::Object], &until)
-                .picture
-        };
-        let picture =
-            self.run_on_prepared_scene(&setting, (self.scene, self.settings), end, look)?;
+    /// Returns which object each tile shows in its middle, or −1 for the sky.
+    pub fn find_objects(&self, end: Instant) -> Result<Vec<f32>, PrepareError> {
+        let (setting, edge) = (RungSetting::default(), tile_edge(self.settings.size));
+        let until = self.deadline_observer(end);
+        let look = |ready: &ReadyScene| ready.render_preview(edge, 1, &[Aov::Object], &until);
+        let place = (self.scene, self.settings);
+        let picture = self
+            .run_on_prepared_scene(&setting, place, end, look)?
+            .picture;
         let objects = picture
             .layer("object.id")
             .map(|layer| layer.samples.clone());

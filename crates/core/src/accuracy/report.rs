@@ -32,7 +32,7 @@ pub struct AccuracyReport {
     pub doubt: Option<EstimateDoubt>,
     /// Ladders (quality settings) that change the picture, in the order of the report.
     pub ladders: Vec<LadderInUse>,
-    /// Rungs that were not measured for lack of time, as `LADDER=RUNG`.
+    /// Flags of rungs that were not measured for lack of time.
     pub unmeasured: Vec<String>,
     /// Time budget in seconds that would probably make every error known; `None` if all are known, or
     /// if no budget would suffice.
@@ -50,6 +50,20 @@ impl AccuracyReport {
     /// Returns time and error of the scene's own setting.
     pub fn own(&self) -> &MeasuredSetting {
         &self.settings[0]
+    }
+
+    /// Returns the row of the front that beats the setting in use, and whether it takes less time and has
+    /// less error; `None` if the setting in use is on the front.
+    pub fn better_row(&self) -> Option<(usize, [bool; 2])> {
+        let point = |of: &MeasuredSetting| [of.seconds.value, of.errors.root_relmse.value];
+        let own = point(self.own());
+        let ratios = self.frontier.iter().map(|&row| {
+            let of = point(&self.settings[row]);
+            (row, [of[0] / own[0], of[1] / own[1]])
+        });
+        let best = ratios.min_by(|a, b| a.1[0].max(a.1[1]).total_cmp(&b.1[0].max(b.1[1])));
+        best.filter(|_| !self.frontier.contains(&0))
+            .map(|(row, ratios)| (row, ratios.map(|ratio| ratio < 1.0 - RESOLUTION)))
     }
 }
 
@@ -139,9 +153,11 @@ pub struct ReferenceReport {
 /// own.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MeasuredSetting {
-    /// The changed rungs; none for the scene's own setting.
-    #[serde(rename = "flags")]
+    /// The changed rungs; none for the setting in use.
+    #[serde(skip)]
     pub setting: RungSetting,
+    /// Flags of `render` for the setting.
+    pub flags: Vec<String>,
     /// Time of a render of the whole picture, in seconds summed over all threads, without
     /// preparation.
     pub seconds: ConfidenceInterval,
@@ -154,6 +170,14 @@ pub struct MeasuredSetting {
 }
 
 impl MeasuredSetting {
+    /// Returns the name of the setting: its flags, or `in use`.
+    pub fn name(&self) -> String {
+        match self.setting.choices() {
+            [] => self.setting.to_string(),
+            _ => self.flags.join(" "),
+        }
+    }
+
     /// Returns the changed rung (quality level) of a setting that changes one.
     pub fn single_rung(&self) -> Option<RungChoice> {
         match self.setting.choices() {

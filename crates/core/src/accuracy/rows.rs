@@ -1,5 +1,6 @@
 //! Report of a measurement, from the figures of its settings.
 
+use super::estimate::ConfidenceInterval;
 use super::figures::Figures;
 use super::recommendation::{pareto_front, recommend_settings};
 use super::report::{
@@ -66,6 +67,11 @@ impl Figures<'_> {
         let recommendations = recommend_settings(&settings, &frontier);
         let size = study.renderer.settings.size;
         let own_error = settings[0].errors.root_relmse;
+        let unknown = settings.iter_mut().map(|of| &mut of.errors);
+        // Bias and light rest on the same samples as the error.
+        for errors in unknown.filter(|of| !of.root_relmse.is_known()) {
+            (errors.bias, errors.light) = (None, ConfidenceInterval::UNKNOWN);
+        }
         let doubt = self.doubt().unwrap_or(EstimateDoubt::WideInterval);
         Ok(Some(AccuracyReport {
             size,

@@ -97,26 +97,17 @@ impl RungSetting {
             .all(|choice| choice.ladder().is_free_of_bias())
     }
 
-    /// Returns the command-line flags of the changed rungs (quality levels), such as `--rung
-    /// samples=16`.
+    /// Returns the flags of `render` for the changed rungs (quality levels), such as `--spp 16`.
     pub fn flags(&self) -> Vec<String> {
-        self.0
-            .iter()
-            .map(|choice| format!("--rung {choice}"))
-            .collect()
+        self.0.iter().map(RungChoice::flag).collect()
     }
 }
 
 impl fmt::Display for RungSetting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0.as_slice() {
-            [] => f.write_str("as it is"),
-            all => f.write_str(
-                &all.iter()
-                    .map(RungChoice::to_string)
-                    .collect::<Vec<_>>()
-                    .join(" "),
-            ),
+        match self.0.is_empty() {
+            true => f.write_str("in use"),
+            false => f.write_str(&self.flags().join(" ")),
         }
     }
 }
@@ -155,10 +146,7 @@ mod tests {
         let other =
             RungSetting::from_rung(choice("precision=reference")).with_rung(choice("samples=4"));
         assert_eq!(setting, other);
-        assert_eq!(
-            setting.flags(),
-            ["--rung precision=reference", "--rung samples=4"]
-        );
+        assert_eq!(setting.flags(), ["--spp 4", "--precision reference"]);
         assert_eq!(
             setting.without_ladder(Ladder::Samples),
             RungSetting::from_rung(choice("precision=reference"))
@@ -169,7 +157,7 @@ mod tests {
                 RungSetting::default().to_string().as_str(),
                 RungSetting::default().flags().len()
             ),
-            ("as it is", 0)
+            ("in use", 0)
         );
     }
 

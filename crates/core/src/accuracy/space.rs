@@ -3,6 +3,7 @@
 use super::renderer::SettingRenderer;
 use super::report::LadderInUse;
 use super::setting::RungSetting;
+use super::trial::{Job, Region};
 use crate::denoise::FEWEST_SAMPLES;
 use crate::dispatch::find_collapsed_objects;
 use crate::effects::{EffectSet, assess_effects};
@@ -37,23 +38,7 @@ impl<'a> SettingSpace<'a> {
             scene, settings, ..
         } = *renderer;
         let effects = assess_effects(scene, settings);
-        let applicable = applicable_ladders(scene, settings, &effects);
-        let mut pictured: Vec<Ladder> = applicable.filter(|of| of.changes_pictures()).collect();
-        let first = [
-            Ladder::Samples,
-            Ladder::Reconstruction,
-            Ladder::Integrator,
-            Ladder::Roulette,
-            Ladder::PathLength,
-            Ladder::Clamp,
-            Ladder::LightSampling,
-        ];
-        pictured.sort_by_key(|ladder| {
-            first
-                .iter()
-                .position(|other| other == ladder)
-                .unwrap_or(first.len())
-        });
+        let ladders = applicable_ladders(scene, settings, &effects);
         let is_unstorable = |&choice: &RungChoice| {
             let (scene, settings) = RungSetting::from_rung(choice).apply(scene, settings);
             !find_collapsed_objects(&scene, settings.precision).is_empty()
@@ -67,7 +52,7 @@ impl<'a> SettingSpace<'a> {
         Self {
             scene,
             settings,
-            ladders: pictured,
+            ladders: ladders.filter(|of| of.changes_pictures()).collect(),
             effects: needed_effects(&effects),
             unstorable: Ladder::Precision.choices().filter(is_unstorable).collect(),
             baseline: fewer.map(RungSetting::from_rung).unwrap_or_default(),
@@ -143,13 +128,40 @@ impl<'a> SettingSpace<'a> {
         others.map(RungSetting::from_rung).collect()
     }
 
-    /// Returns these settings on the baseline, to be tried on tiles.
+    /// Returns these settings on the baseline, to be tried on tiles, after the setting that tells the time
+    /// of the filter's layers.
     pub fn rung_settings(&self) -> Vec<RungSetting> {
         let rungs = self.single_rungs();
-        rungs
-            .iter()
-            .map(|rung| self.applied_to_baseline(rung))
-            .collect()
+        let rungs = rungs.iter().map(|rung| self.applied_to_baseline(rung));
+        self.layered_baseline().into_iter().chain(rungs).collect()
+    }
+
+    /// Returns the rung that denoises, if a picture of the scene can be denoised.
+    fn filter(&self) -> Option<RungChoice> {
+        let mut choices = Ladder::Reconstruction.choices();
+        let filter = choices.find(|choice| choice.value() == RungValue::Denoised(true));
+        filter.filter(|filter| self.ladders.contains(&filter.ladder()))
+    }
+
+    /// Returns the setting of which whole pictures at all numbers of samples are rungs, with the layers
+    /// that a filter needs; `None` where no picture is denoised.
+    pub fn layered_baseline(&self) -> Option<RungSetting> {
+        Some(self.general_baseline()?.with_rung(self.filter()?))
+    }
+
+    /// Whether the film of a job has the layers that a filter needs. Every whole picture that can be
+    /// denoised has, so that it tells both errors.
+    pub fn has_layers(
+        &self,
+        Job {
+            setting, region, ..
+        }: &Job,
+    ) -> bool {
+        let filter = self.filter().map(|filter| setting.with_rung(filter));
+        match region {
+            Region::Whole => filter.is_some_and(|filtered| self.is_denoised(&filtered)),
+            Region::Tiles => self.layered_baseline().as_ref() == Some(setting),
+        }
     }
 
     /// Returns the number of samples per pixel of a setting.

@@ -13,9 +13,7 @@ use super::tiles::{crop_picture, tile_count, tile_crop, tiles_of_crop};
 use super::trial::{
     DenoisedTrial, Job, Region, Replicates, TileSums, Trial, mean_of_replicates, replicates_of,
 };
-use crate::denoise;
 use crate::film::{ErrorEstimate, Film, Uncertainty};
-use crate::ladder::Ladder;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
@@ -83,14 +81,11 @@ impl<'a> Study<'a> {
     /// Under a fixed pattern of samples the picture is the only one: its noise is part of its error.
     pub fn render(&self, job: &Job, end: Instant) -> Result<(TimedFilm, Replicates), PrepareError> {
         let is_whole = job.region == Region::Whole;
-        let samples = self.space.sample_count(&job.setting);
-        let is_fixed = self.space.is_fixed(&job.setting);
-        let can_denoise = self.space.ladders.contains(&Ladder::Reconstruction);
         let timed = self.renderer.render_film(&FilmRequest {
             setting: &job.setting,
             round: job.round,
             tiles: (!is_whole).then_some(&self.tiles[..]),
-            denoises: is_whole && can_denoise && !is_fixed && samples >= denoise::FEWEST_SAMPLES,
+            denoises: self.space.has_layers(job),
             end,
         })?;
         let replicates = match is_whole {

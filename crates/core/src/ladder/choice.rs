@@ -5,7 +5,6 @@ use core::fmt;
 
 use super::{Ladder, Rung, RungValue};
 use crate::effects::{Effect, EffectSet};
-use crate::material::FresnelRule;
 use crate::scene::Scene;
 use crate::settings::{AreaShadows, Settings};
 use crate::suggest::most_similar_word;
@@ -80,10 +79,19 @@ impl RungChoice {
         }
     }
 
-    /// Whether the rung may be used for a reference picture. Only `fresnel=model` may not, because
-    /// it creates energy.
-    pub fn can_be_reference(&self) -> bool {
-        self.value() != RungValue::Fresnel(FresnelRule::Model)
+    /// Returns the flag of `render` that chooses the rung: `--rung LADDER=RUNG`, or the ladder's own, such
+    /// as `--spp 16`.
+    pub fn flag(&self) -> String {
+        let flag = match self.value() {
+            RungValue::Denoised(true) => return "--denoise".to_owned(),
+            RungValue::Denoised(false) => return "--no-denoise".to_owned(),
+            RungValue::Samples(_) => "--spp",
+            RungValue::PathLength(_) => "--max-depth",
+            RungValue::Integrator(_) => "--integrator",
+            RungValue::Precision(_) => "--precision",
+            _ => return format!("--rung {self}"),
+        };
+        format!("{flag} {}", self.rung.name)
     }
 
     /// Sets the rung's value in scene and settings.

@@ -26,7 +26,7 @@ macro_rules! ladders {
         }
 
         impl Ladder {
-            /// Every ladder; ladders that change pictures come first.
+            /// Every ladder, the most important first; ladders that change no picture come last.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$kind),*];
 
             /// Returns the name of the ladder in reports and on the command line.
@@ -55,11 +55,47 @@ macro_rules! ladders {
 }
 
 ladders! {
+    /// Samples per pixel.
+    Samples = "samples", "64", Samples;
+        "1" { 1 } "edges are jagged"
+        "4" { 4 } "edges have five steps"
+        "16" { 16 } "a quarter of the noise of one sample, or less"
+        "64" { 64 } "an eighth of the noise of one sample, or less"
+        "256" { 256 } "a sixteenth of the noise of one sample, or less"
+        "1024" { 1024 } "a thirty-second of the noise of one sample, or less"
+    /// Denoising of the picture.
+    Reconstruction = "reconstruction", "unbiased", Denoised;
+        "denoised" { true } "biased: a filter removes noise and some fine or faint detail; the error is estimated"
+        "unbiased" { false } "the mean of the samples: correct on average, but noisy"
     /// Integrator.
     Integrator = "integrator", "path", Integrator;
         "whitted" { Integrator::Whitted }
             "mirrors, glass and direct light; no indirect light between matte surfaces"
         "path" { Integrator::Path } "direct and indirect light"
+    /// Start of Russian roulette.
+    Roulette = "roulette", "late", Roulette;
+        "early" { RouletteStart::Early } "paths end by chance from the first surface on, with the probability of their absorption: less time per sample, more noise"
+        "late" { RouletteStart::Late } "paths of a throughput below a half end by chance from the third segment on"
+        "off" { RouletteStart::Off } "no path ends by chance: least noise per sample, most time"
+    /// Greatest number of segments of a path.
+    PathLength = "path-length", "8", PathLength;
+        "1" { 1 } "only camera rays: no reflection, no refraction"
+        "2" { 2 } "one reflection or refraction"
+        "4" { 4 } "three reflections or refractions"
+        "8" { 8 } "seven reflections or refractions: through two glass balls"
+        "16" { 16 } "fifteen reflections or refractions"
+        "64" { 64 } "sixty-three reflections or refractions; for more use --max-depth"
+    /// Limit on the radiance of a sample.
+    Clamp = "clamp", "off", Clamp;
+        "1" { Some(1.0) } "samples brighter than white are clamped to white: no fireflies, but too dark where few paths carry the light"
+        "10" { Some(10.0) } "brightness above ten times white is lost, such as the sun in a mirror"
+        "100" { Some(100.0) } "brightness above a hundred times white is lost"
+        "off" { None } "no brightness is lost; rare bright paths appear as noise"
+    /// Sampling of area lights by path tracing.
+    LightSampling = "light-sampling", "both", LightSampling;
+        "scattering" { LightSampling::Scattering } "paths hit lights by chance: noise where lights are small"
+        "lights" { LightSampling::Lights } "each vertex samples one light: noise where surfaces are glossy and lights large"
+        "both" { LightSampling::Both } "scattering and light sampling, weighted by their densities (multiple importance sampling)"
     /// Number format of rays and surfaces: f32 or f64.
     Precision = "precision", "robust", Precision;
         "robust" { PrecisionChoice::Robust } "numbers are stored as f32; hits are decided in f64"
@@ -74,11 +110,6 @@ ladders! {
         "hard" { Some(AreaShadows::Hard) }
             "a surface is lit if it sees the centre of the area light: shadows without penumbras"
         "on" { Some(AreaShadows::Soft) } "shadows by every occluder, with penumbras"
-    /// Sampling of area lights by path tracing.
-    LightSampling = "light-sampling", "both", LightSampling;
-        "scattering" { LightSampling::Scattering } "paths hit lights by chance: noise where lights are small"
-        "lights" { LightSampling::Lights } "each vertex samples one light: noise where surfaces are glossy and lights large"
-        "both" { LightSampling::Both } "scattering and light sampling, weighted by their densities (multiple importance sampling)"
     /// Choice of the sky's directions that path tracing samples.
     SkyChoice = "sky-choice", "openings", SkyChoice;
         "power" { SkyChoice::Power } "by the sky's radiance: noise in rooms that a window lights"
@@ -105,48 +136,17 @@ ladders! {
         "nearest" { TextureFilter::Nearest } "the nearest texel: visible blocks near the camera, and sparkles far away"
         "mipmaps" { TextureFilter::Mipmaps } "the mean over about a pixel: no sparkles with one sample per pixel, but a blurred picture with many"
         "bilinear" { TextureFilter::Bilinear } "the weighted mean of four texels: smooth near the camera; far away, more samples make it sharper"
-    /// Greatest number of segments of a path.
-    PathLength = "path-length", "8", PathLength;
-        "1" { 1 } "only camera rays: no reflection, no refraction"
-        "2" { 2 } "one reflection or refraction"
-        "4" { 4 } "three reflections or refractions"
-        "8" { 8 } "seven reflections or refractions: through two glass balls"
-        "16" { 16 } "fifteen reflections or refractions"
-        "64" { 64 } "sixty-three reflections or refractions; for more use --max-depth"
-    /// Start of Russian roulette.
-    Roulette = "roulette", "late", Roulette;
-        "early" { RouletteStart::Early } "paths end by chance from the first surface on, with the probability of their absorption: less time per sample, more noise"
-        "late" { RouletteStart::Late } "paths of a throughput below a half end by chance from the third segment on"
-        "off" { RouletteStart::Off } "no path ends by chance: least noise per sample, most time"
-    /// Limit on the radiance of a sample.
-    Clamp = "clamp", "off", Clamp;
-        "1" { Some(1.0) } "samples brighter than white are clamped to white: no fireflies, but too dark where few paths carry the light"
-        "10" { Some(10.0) } "brightness above ten times white is lost, such as the sun in a mirror"
-        "100" { Some(100.0) } "brightness above a hundred times white is lost"
-        "off" { None } "no brightness is lost; rare bright paths appear as noise"
     /// Pixel filter.
     PixelFilter = "pixel-filter", "box", PixelFilter;
         "gaussian" { PixelFilter::Gaussian } "a bell curve over three pixels: no jagged edges, a softer picture"
         "blackman-harris" { PixelFilter::BlackmanHarris } "a narrower bell curve over three pixels"
         "tent" { PixelFilter::Tent } "a linear slope up to the centres of the neighbouring pixels"
         "box" { PixelFilter::Box } "the pixel alone: sharp, with jagged edges at high contrast"
-    /// Samples per pixel.
-    Samples = "samples", "64", Samples;
-        "1" { 1 } "edges are jagged"
-        "4" { 4 } "edges have five steps"
-        "16" { 16 } "a quarter of the noise of one sample, or less"
-        "64" { 64 } "an eighth of the noise of one sample, or less"
-        "256" { 256 } "a sixteenth of the noise of one sample, or less"
-        "1024" { 1024 } "a thirty-second of the noise of one sample, or less"
     /// Sampler: source of the random numbers of samples.
     Sampler = "sampler", "sobol", Sampler;
         "independent" { SamplerKind::Independent } "independent numbers: noise falls with the square root of the number of samples"
         "stratified" { SamplerKind::Stratified } "jittered grids of sixteen: less noise where pictures are smooth"
         "sobol" { SamplerKind::Sobol } "scrambled Sobol points: least noise, evenly distributed in four dimensions"
-    /// Denoising of the picture.
-    Reconstruction = "reconstruction", "unbiased", Denoised;
-        "denoised" { true } "biased: a filter removes noise and some fine or faint detail; the error is estimated"
-        "unbiased" { false } "the mean of the samples: correct on average, but noisy"
     /// Output format of files.
     Output = "output", "8-bit", Output;
         "8-bit" { OutputFormat::Eight } "PNG of 256 codes: visible steps in dark gradients; brighter than white is lost"

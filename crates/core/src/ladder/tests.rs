@@ -177,5 +177,5 @@ fn mistakes_are_explained() {
         message_of("precision=exact"),
         "unknown rung of precision `exact`; known: robust, reference"
     );
-    assert!(message_of("brightness=red").contains("known: integrator, precision"));
+    assert!(message_of("brightness=red").contains("known: samples, reconstruction"));
 }

@@ -375,29 +375,16 @@ fn white_paint(rung: RungChoice, [ior, roughness, degrees]: [f64; 3]) -> (f64, f
     even_light(&rung.to_string(), terms, degrees, 3)
 }
 
-/// Protects: references gain no energy. The most exact rung of every ladder can be a reference, and
-/// in the ladders of surfaces each rung that can be one returns no more than the incident light,
-/// the most exact one all: for white paint of any index, roughness and angle. `exact` once returned
-/// .716 to 1.059.
+/// Protects: references gain no energy. In the ladders of surfaces each rung but `fresnel=model` returns no
+/// more than the incident light, the most exact one, which references have, all: for white paint of any
+/// index, roughness and angle. `exact` once returned .716 to 1.059.
 #[test]
 fn references_make_no_light() {
-    for ladder in Ladder::ALL {
-        assert!(
-            ladder
-                .choices()
-                .next_back()
-                .is_some_and(|choice| choice.can_be_reference()),
-            "{ladder:?}"
-        );
-    }
     let model = RungChoice::parse("fresnel=model").expect("a rung");
-    assert!(
-        !model.can_be_reference() && white_paint(model, [1.5, 0.0, 89.0]).0 > 1.3,
-        "a rung that makes light is told"
-    );
+    assert!(white_paint(model, [1.5, 0.0, 89.0]).0 > 1.3);
     for ladder in [Ladder::Fresnel, Ladder::Microfacets] {
         let last = ladder.choices().next_back();
-        for rung in ladder.choices().filter(RungChoice::can_be_reference) {
+        for rung in ladder.choices().filter(|rung| *rung != model) {
             for ior in [1.0, 1.01, 1.1, 1.5, 4.0, 1000.0] {
                 for roughness in [0.0, 0.05, 0.3, 1.0] {
                     for degrees in [0.0, 60.0, 86.0, 89.9] {

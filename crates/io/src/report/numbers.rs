@@ -58,20 +58,6 @@ pub fn format_three_digits(x: f64) -> String {
     format!("{rounded:.*}", (2 - whole).clamp(0, 6) as usize)
 }
 
-/// Formats a number with three significant digits; small and large numbers with a power of ten.
-pub(super) fn format_number(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
-        let digits = if value == 0.0 {
-            0
-        } else {
-            (2 - value.abs().log10().floor() as i32).max(0) as usize
-        };
-        format!("{value:.digits$}")
-    } else {
-        format!("{value:.1e}")
-    }
-}
-
 /// Formats the change that a ratio stands for, in whole per cent with its sign: `+12 %`.
 pub fn format_change(ratio: f64) -> String {
     format!("{:+.0} %", 100.0 * (ratio - 1.0))

@@ -13,10 +13,10 @@ use raywright_core::ladder::Ladder;
 use raywright_core::picture::Picture;
 use raywright_core::settings::Crop;
 
-use super::numbers::{format_number, format_power, format_precise_duration, format_seconds};
+use super::numbers::{format_power, format_precise_duration, format_seconds, format_three_digits};
 use super::plot::{Plot, PlotAxis, PlotLine, PlotPoint, ThemeColour, escape_xml};
-use super::section::{ReportSection, html_with_code};
-use super::table::format_uncertain;
+use super::section::ReportSection;
+use super::table::{format_uncertain, html_with_code};
 use crate::output::{PictureMetadata, encode_png};
 
 /// Contents of the HTML report of an accuracy measurement.
@@ -32,29 +32,16 @@ pub struct AccuracyPage<'a> {
     pub report: &'a AccuracyReport,
     /// Recommended settings, in sentences.
     pub recommendation: String,
-    /// Command that renders the scene with its own settings.
+    /// Command that renders the scene, to which the flags of a setting are appended.
     pub own_command: String,
-    /// Flags of each setting of the report, which are appended to `own_command`.
-    pub flags: Vec<String>,
     /// Display settings for the pictures in the report.
     pub display: Display,
 }
 
-/// Returns a line of single points.
-fn points_line(name: &str, colour: ThemeColour, points: Vec<PlotPoint>) -> PlotLine {
-    PlotLine {
-        name: name.to_owned(),
-        colour,
-        is_dashed: true,
-        is_unjoined: true,
-        points,
-    }
-}
-
-/// Returns the point of a measured setting in the plot, time in seconds and error, with a label and a
-/// name; `None` if the error is not known. An error that is indistinguishable from zero is drawn at the
+/// Returns the point of a measured setting in the plot, time in seconds and error, with a short name;
+/// `None` if the error is not known. An error that is indistinguishable from zero is drawn at the
 /// upper end of its confidence interval.
-fn to_plot_point(measured: &MeasuredSetting, label: String, name: String) -> Option<PlotPoint> {
+fn to_plot_point(measured: &MeasuredSetting, name: String) -> Option<PlotPoint> {
     let above_zero = |value: f64| value.max(1e-6);
     let error = &measured.errors.root_relmse;
     if !error.is_known() {
@@ -67,7 +54,7 @@ fn to_plot_point(measured: &MeasuredSetting, label: String, name: String) -> Opt
         y: above_zero(y),
         spread: [if is_bound { y } else { error.low }, error.high].map(above_zero),
         is_bound,
-        label: Some(label),
+        label: Some(measured.name()),
         name,
     })
 }
@@ -99,7 +86,6 @@ impl AccuracyPage<'_> {
     fn plot(&self) -> Plot {
         let [width, height] = self.report.size;
         Plot {
-            subtitle: "less time is to the left, less error below".to_owned(),
             x: PlotAxis {
                 label: format!("CPU time of a render of {width}x{height} pixels"),
                 tick: Some(format_seconds),
@@ -115,43 +101,50 @@ impl AccuracyPage<'_> {
     }
 
     /// Returns the settings worth their time, the setting in use, the numbers of samples, and the rungs
-    /// of all other ladders that the rung in use does not beat. A rung at the position of a point of
-    /// the first two lines is left out.
+    /// of all other ladders that the rung in use does not beat, each once.
     fn plot_lines(&self) -> Vec<PlotLine> {
         let report = self.report;
-        let frontier = (1..).zip(&report.frontier).filter_map(|(i, &row)| {
-            let (measured, flags) = (&report.settings[row], self.flags[row].clone());
-            to_plot_point(measured, flags, format!("({i})"))
+        let line = |name: &str, colour, points: Vec<Option<PlotPoint>>| PlotLine {
+            name: name.to_owned(),
+            colour,
+            is_dashed: true,
+            is_unjoined: true,
+            points: points.into_iter().flatten().collect(),
+        };
+        let frontier = (1..).zip(&report.frontier).map(|(i, &row)| {
+            let own = if row == 0 { " in use" } else { "" };
+            to_plot_point(&report.settings[row], format!("({i}){own}"))
         });
-        let own = "as it is";
-        let own_point = to_plot_point(report.own(), own.to_owned(), String::new());
-        let mut lines = vec![
+        let others = report.settings.iter().enumerate().filter(|(row, of)| {
+            !report.frontier.contains(row) && of.single_rung().is_some() && !of.is_dominated()
+        });
+        let (samples, rungs): (Vec<_>, Vec<_>) = others.map(|(_, of)| of).partition(|of| {
+            let choice = of.single_rung();
+            choice.is_some_and(|choice| choice.ladder() == Ladder::Samples)
+        });
+        // A pointer or the focus tells the names of these.
+        let points = |of: Vec<&MeasuredSetting>| {
+            of.into_iter()
+                .map(|of| to_plot_point(of, String::new()))
+                .collect()
+        };
+        let own = report.own().name();
+        let own_point =
+            (!report.frontier.contains(&0)).then(|| to_plot_point(report.own(), own.clone()));
+        vec![
             PlotLine {
-                name: "settings worth their time".to_owned(),
-                points: frontier.collect(),
-                ..PlotLine::default()
+                is_dashed: false,
+                is_unjoined: false,
+                ..line(
+                    "settings worth their time",
+                    ThemeColour::First,
+                    frontier.collect(),
+                )
             },
-            points_line(own, ThemeColour::First, own_point.into_iter().collect()),
-            points_line("numbers of samples", ThemeColour::Second, Vec::new()),
-            points_line("one rung changed", ThemeColour::Third, Vec::new()),
-        ];
-        let drawn = lines.iter().flat_map(|line| &line.points);
-        let drawn: Vec<_> = drawn.map(|point| (point.x, point.y)).collect();
-        for measured in report.settings.iter().filter(|of| !of.is_dominated()) {
-            let Some(choice) = measured.single_rung() else {
-                continue;
-            };
-            // A pointer or the focus tells the names of these.
-            let line = if choice.ladder() == Ladder::Samples {
-                2
-            } else {
-                3
-            };
-            let point = to_plot_point(measured, choice.to_string(), String::new());
-            let is_new = |point: &PlotPoint| !drawn.contains(&(point.x, point.y));
-            lines[line].points.extend(point.filter(is_new));
-        }
-        lines
+            line(&own, ThemeColour::First, own_point.into_iter().collect()),
+            line("numbers of samples", ThemeColour::Second, points(samples)),
+            line("one rung changed", ThemeColour::Third, points(rungs)),
+        ]
     }
 
     /// Formats the page.
@@ -168,8 +161,9 @@ impl AccuracyPage<'_> {
         let sections: Vec<String> = sections.iter().map(ReportSection::to_html).collect();
         let (frontier, others) = (&sections[0], sections[1..].concat());
         let body = format!(
-            "<p class=\"answer\">{recommendation}</p>\n{}<h2>Error against time</h2>\n<figure><div class=\"plot\">{plot}</div>\n<figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}<h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{others}",
+            "<p class=\"answer\">{recommendation}</p>\n{}<h2>Error against time</h2>\n<figure><div class=\"plot\">{plot}</div>\n<figcaption>Less time is to the left, less error below. Setting {}. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}<h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{others}",
             self.pictures_html(),
+            html_with_code(&self.describe_own()),
             escape_xml(&self.command),
         );
         html_document(&title, &body, include_str!("page.js"))
@@ -202,10 +196,9 @@ impl AccuracyPage<'_> {
         };
         let (mut options, mut figures) = (String::new(), String::new());
         for detail in &pictures.details {
-            let name = escape_xml(match detail.row {
-                None => "reference",
-                Some(0) => "in use",
-                Some(row) => &self.flags[row],
+            let name = escape_xml(&match detail.row {
+                None => "reference".to_owned(),
+                Some(row) => self.report.settings[row].name(),
             });
             let _ = write!(options, "<option>{name}</option>");
             let _ = writeln!(
@@ -256,7 +249,7 @@ impl AccuracyPage<'_> {
             return "as exact as the time allowed".to_owned();
         };
         let measured = &self.report.settings[row];
-        let error = format_uncertain(&measured.errors.root_relmse, format_number);
+        let error = format_uncertain(&measured.errors.root_relmse, format_three_digits);
         let time = format_uncertain(&measured.seconds, format_precise_duration);
         format!("error {error}<br>CPU time {time}")
     }

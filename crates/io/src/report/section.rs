@@ -2,7 +2,7 @@
 //! HTML.
 
 use super::plot::escape_xml;
-use super::table::{Table, wrap_text};
+use super::table::{Table, html_with_code, wrap_text};
 
 /// A section of a report.
 #[derive(Clone, Debug)]
@@ -63,15 +63,4 @@ impl ReportSection {
             .filter(|text| !text.is_empty())
             .into_iter()
     }
-}
-
-/// Escapes a text for HTML. Text between back quotes becomes code.
-pub(super) fn html_with_code(text: &str) -> String {
-    let parts = text.split('`').map(escape_xml).enumerate();
-    parts
-        .map(|(i, part)| match i % 2 {
-            1 => format!("<code>{part}</code>"),
-            _ => part,
-        })
-        .collect()
 }

@@ -73,33 +73,29 @@ impl Table {
     /// Removes the columns whose cells are all empty, headings not counted. The first column stays.
     #[must_use]
     pub fn without_empty_columns(mut self) -> Self {
-        let cell = |row: &TableRow, column: usize| {
-            row.cells.get(column).is_some_and(|cell| !cell.is_empty())
+        let is_full = |column: usize| {
+            let mut cells = self.rows.iter().skip(1).map(|row| row.cells.get(column));
+            column == 0 || cells.any(|cell| cell.is_some_and(|cell| !cell.is_empty()))
         };
-        let is_kept =
-            |column: usize| column == 0 || self.rows.iter().skip(1).any(|row| cell(row, column));
-        let kept: Vec<bool> = (0..self.columns.len()).map(is_kept).collect();
-        let mut of_columns = kept.iter();
-        self.columns.retain(|_| of_columns.next() == Some(&true));
+        let kept: Vec<usize> = (0..self.columns.len()).filter(|&of| is_full(of)).collect();
+        self.columns = kept.iter().map(|&of| self.columns[of]).collect();
         for row in &mut self.rows {
-            let mut of_cells = kept.iter();
-            row.cells.retain(|_| of_cells.next() == Some(&true));
+            let cells = kept.iter().filter_map(|&of| row.cells.get(of).cloned());
+            row.cells = cells.collect();
         }
         self
     }
 
-    /// Marks the rows by their classes as text: rows in use (`own`) by an asterisk, and rows below a
-    /// heading (`ladder`) by an indentation.
+    /// Marks the rows below a heading (class `ladder`) by an indentation, and code by nothing.
     pub(super) fn with_text_marks(&self) -> Self {
         let (mut marked, mut indent) = (self.clone(), "");
         for row in &mut marked.rows {
-            let mark = if row.class == "own" { " *" } else { "" };
             let before = if row.class == "ladder" { "" } else { indent };
             if row.class == "ladder" {
                 indent = "  ";
             }
             if let Some(first) = row.cells.first_mut() {
-                *first = format!("{before}{first}{mark}");
+                *first = format!("{before}{first}");
             }
             row.cells
                 .iter_mut()
@@ -123,54 +119,52 @@ impl Table {
                 .collect()
         };
         let rows: Vec<Vec<String>> = self.rows.iter().map(one_line).collect();
-        let columns = &self.columns;
-        // A cell that spans columns widens none of them.
-        let is_spanning =
-            |row: &[String], column| column + 1 == row.len() && row.len() < columns.len();
+        let (columns, room) = (&self.columns, room.unwrap_or(usize::MAX));
         let width = |column: usize| {
-            rows.iter()
-                .filter(|row| !is_spanning(row, column))
-                .filter_map(|row| Some(row.get(column)?.chars().count()))
-                .max()
-                .unwrap_or(0)
+            // A cell that spans columns widens none of them.
+            let is_alone =
+                |row: &&Vec<String>| column + 1 < row.len() || row.len() == columns.len();
+            let cells = rows
+                .iter()
+                .filter(is_alone)
+                .filter_map(|row| row.get(column));
+            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
         };
         let mut widths: Vec<usize> = (0..columns.len()).map(width).collect();
-        let room = room.unwrap_or(usize::MAX);
-        let all = Vec::from_iter(0..columns.len());
-        let before = widths.split_last().map_or(0, |(_, others)| {
-            others.iter().map(|width| width + GAP.len()).sum::<usize>()
-        });
-        if columns.last() == Some(&ColumnAlignment::Left) && before + LEAST_TEXT <= room {
-            return rows
-                .iter()
-                .map(|row| format_line(row, &widths, columns, &all, room))
-                .collect();
-        }
-        let widest = widths
+        let before: usize = widths
             .iter()
+            .rev()
             .skip(1)
-            .max()
-            .map_or(0, |width| GAP.len() + width);
-        if let Some(first) = widths.first_mut() {
-            *first = (*first).min(room.saturating_sub(widest).max(LEAST_TEXT));
-        }
-        let first = widths.first().copied().unwrap_or(0);
-        let (mut bands, mut used) = (vec![Vec::from_iter(all.first().copied())], first);
-        for column in all.into_iter().skip(1) {
-            let width = GAP.len() + widths[column];
-            let mut band = bands.pop().unwrap_or_default();
-            if used + width > room && band.len() > 1 {
-                bands.push(core::mem::replace(&mut band, vec![0]));
-                used = first;
+            .map(|width| width + GAP.len())
+            .sum();
+        let mut bands = vec![Vec::from_iter(0..columns.len())];
+        let is_text = columns.last() == Some(&ColumnAlignment::Left);
+        if (!is_text || before + LEAST_TEXT > room) && columns.len() > 1 {
+            let widest = widths[1..]
+                .iter()
+                .max()
+                .map_or(0, |width| GAP.len() + width);
+            widths[0] = widths[0].min(room.saturating_sub(widest).max(LEAST_TEXT));
+            bands.clear();
+            let mut used = 0;
+            for column in 1..columns.len() {
+                let width = GAP.len() + widths[column];
+                if bands.is_empty() || used + width > room {
+                    bands.push(vec![0]);
+                    used = widths[0];
+                }
+                bands
+                    .last_mut()
+                    .into_iter()
+                    .for_each(|band| band.push(column));
+                used += width;
             }
-            band.push(column);
-            bands.push(band);
-            used += width;
         }
-        let band = |band: &Vec<usize>| {
-            rows.iter()
-                .map(|row| format_line(row, &widths, columns, band, room))
-                .collect::<String>()
+        let band = |band: &Vec<usize>| -> String {
+            let lines = rows
+                .iter()
+                .map(|row| format_line(row, &widths, columns, band, room));
+            lines.collect()
         };
         bands.iter().map(band).collect::<Vec<_>>().join("\n")
     }
@@ -228,13 +222,9 @@ impl Table {
             let span = html_attribute("colspan", &span.unwrap_or_default());
             let is_text = i > 0 && (is_wide || self.columns[i] == ColumnAlignment::Left);
             let class = html_attribute("class", if is_text { "text" } else { "" });
-            let typed = cell
-                .strip_prefix('`')
-                .and_then(|cell| cell.strip_suffix('`'));
-            let cell = match typed {
-                Some(typed) => format!("<code>{}</code>", escape_xml(typed)),
-                None if is_text || i == 0 => escape_xml(cell),
-                None => keep_units(&escape_xml(cell)),
+            let cell = match is_text || i == 0 {
+                true => html_with_code(cell),
+                false => keep_units(&escape_xml(cell)),
             };
             format!("<td{about}{span}{class}>{cell}</td>")
         };
@@ -254,6 +244,17 @@ fn keep_units(cell: &str) -> String {
             text.replace(&format!("\u{a0}{start}"), &format!(" {start}"))
         })
         .replace("to\u{a0}", "to ")
+}
+
+/// Escapes a text for HTML. Text between back quotes becomes code.
+pub(super) fn html_with_code(text: &str) -> String {
+    let parts = text.split('`').map(escape_xml).enumerate();
+    parts
+        .map(|(i, part)| match i % 2 {
+            1 => format!("<code>{part}</code>"),
+            _ => part,
+        })
+        .collect()
 }
 
 /// Formats an attribute of an HTML element; empty for an empty value.
@@ -281,20 +282,23 @@ fn format_line(
     let mut text = String::new();
     for (i, &column) in shown.iter().enumerate() {
         let (cell, width) = (row.get(column).map_or("", String::as_str), widths[column]);
-        let is_last = i + 1 == shown.len();
-        if is_last
-            && columns[column] == ColumnAlignment::Left
-            && text.chars().count() + longest_word(cell) > room
-        {
+        let (is_last, is_left) = (
+            i + 1 == shown.len(),
+            columns[column] == ColumnAlignment::Left,
+        );
+        // A name may have ended in a further line.
+        let line = text.rsplit('\n').next().unwrap_or_default();
+        let start = line.chars().count();
+        if is_last && is_left && start + longest_word(cell) > room {
             // If the last cell has no room beside the other cells, its text goes into the lines
             // below them.
             return format!("{}\n  {}\n", text.trim_end(), wrap_text(cell, 2, room));
         }
         let is_spanning = column + 1 == row.len() && row.len() < columns.len();
-        text += &match columns[column] {
-            _ if is_spanning => wrap_text(cell, text.chars().count(), room),
-            ColumnAlignment::Left if is_last => wrap_text(cell, text.chars().count(), room),
-            ColumnAlignment::Left => {
+        text += &match is_left {
+            _ if is_spanning || is_last && is_left => wrap_text(cell, start, room),
+            false => format!("{cell:>width$}"),
+            true => {
                 let words = cell.trim_start();
                 let indent = cell.chars().count() - words.chars().count();
                 let name = " ".repeat(indent) + &wrap_text(words, indent, width);
@@ -302,7 +306,6 @@ fn format_line(
                 let line_end = if above.is_empty() { "" } else { "\n" };
                 format!("{above}{line_end}{last:width$}")
             }
-            ColumnAlignment::Right => format!("{cell:>width$}"),
         };
         if !is_last {
             text += GAP;
@@ -325,23 +328,22 @@ pub fn wrap_text(text: &str, indent: usize, room: usize) -> String {
     if text.chars().count() <= room {
         return text.to_owned();
     }
-    let (mut lines, mut used): (Vec<String>, usize) = (vec![String::new()], 0);
+    let line_end = format!("\n{}", " ".repeat(indent));
+    // The first word begins the first line.
+    let (mut lines, mut used) = (String::new(), room);
     for word in text.split(' ') {
         let length = word.chars().count();
-        match lines.last_mut() {
-            Some(line) if line.is_empty() || used + 1 + length <= room => {
-                let space = usize::from(!line.is_empty());
-                *line += &" ".repeat(space);
-                *line += word;
-                used += space + length;
-            }
-            _ => {
-                lines.push(word.to_owned());
-                used = length;
-            }
-        }
+        let is_first = lines.is_empty();
+        let fits = used + 1 + length <= room;
+        lines += match fits {
+            _ if is_first => "",
+            true => " ",
+            false => &line_end,
+        };
+        lines += word;
+        used = if fits { used + 1 + length } else { length };
     }
-    lines.join(&format!("\n{}", " ".repeat(indent)))
+    lines
 }
 
 /// Formats a value with its confidence interval. `number` formats each number. There are five

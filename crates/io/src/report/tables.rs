@@ -4,13 +4,13 @@
 
 use raywright_core::accuracy::{ConfidenceInterval, MeasuredSetting};
 
-use super::numbers::{format_budget, format_number, format_precise_duration};
+use super::numbers::{format_budget, format_precise_duration, format_three_digits};
 use super::page::AccuracyPage;
 use super::section::ReportSection;
 use super::table::{ColumnAlignment, Table, TableRow, format_uncertain};
 
 fn format_interval(interval: ConfidenceInterval) -> String {
-    format_uncertain(&interval, format_number)
+    format_uncertain(&interval, format_three_digits)
 }
 
 /// Returns columns of numbers, the first of text.
@@ -32,13 +32,23 @@ impl AccuracyPage<'_> {
 
     /// Returns the section of the settings on the frontier, each with its flags.
     fn frontier_section(&self) -> ReportSection {
-        let named = (1..).zip(&self.report.frontier);
-        let rows = named.map(|(i, &row)| {
+        let report = self.report;
+        let named = (1..).zip(&report.frontier);
+        let mut named: Vec<_> = named.map(|(i, &row)| (format!("({i})"), row)).collect();
+        if !report.frontier.contains(&0) {
+            let seconds = |row: usize| report.settings[row].seconds.value;
+            let place = named.partition_point(|(_, row)| seconds(*row) < seconds(0));
+            named.insert(place, (String::new(), 0));
+        }
+        let rows = named.into_iter().map(|(number, row)| {
+            let measured = &report.settings[row];
             // The section of rungs has the other measured values.
-            let [time, ratio, error, _, light] = setting_cells(&self.report.settings[row]);
-            let flags = format!("`{}`", self.flags[row]);
-            let cells = [format!("({i})"), time, ratio, error, light, flags];
-            TableRow::with_class(if row == 0 { "own" } else { "" }, cells)
+            let [time, ratio, error, _, light] = setting_cells(measured);
+            let flags = match row {
+                0 => self.describe_own(),
+                _ => format!("`{}`", measured.name()),
+            };
+            TableRow::from_iter([number, time, ratio, error, light, flags])
         });
         let mut columns = number_columns::<6>();
         columns[5] = ColumnAlignment::Left;
@@ -47,10 +57,8 @@ impl AccuracyPage<'_> {
         ReportSection {
             title: "Worth their time".to_owned(),
             explanation: format!(
-                "Settings that keep the scene's light and have little bias, and of which no other is both faster and more accurate by more than 3 %. \
-                 Settings with more bias, or of unknown error, are in the next table alone. The first row whose \
-                 error is small enough is the fastest setting for that error; the last row within a time is the most accurate setting for that time. The flags \
-                 are appended to `{}`",
+                "The measured settings of which no other has less error in less time; those that change the light, have much bias or an unknown error are in \
+                 the tables below alone. Take the first row whose error is small enough, or the last row within your time, and add its flags to `{}`",
                 self.own_command
             ),
             table: Table::new(columns, names, rows).without_empty_columns(),
@@ -58,15 +66,32 @@ impl AccuracyPage<'_> {
         }
     }
 
+    /// Names the setting in use, and says why it is not among those worth their time.
+    pub(super) fn describe_own(&self) -> String {
+        let own = self.report.own();
+        let flags = match own.flags.join(" ") {
+            flags if flags.is_empty() => String::new(),
+            flags => format!(" (`{flags}`)"),
+        };
+        let reason = match self.report.better_row() {
+            _ if !own.errors.root_relmse.is_known() => {
+                "; its error is not known, so that it cannot be compared".to_owned()
+            }
+            Some((row, better)) => {
+                let [time, error] = better.map(|is_less| if is_less { "less" } else { "the same" });
+                let name = self.report.settings[row].name();
+                format!("; `{name}` has {error} error in {time} time")
+            }
+            None => String::new(),
+        };
+        format!("in use{flags}{reason}")
+    }
+
     /// Returns the section of the setting in use and of the measured rungs (quality levels) under the
     /// names of their ladders, and the lists of all other rungs.
     fn rung_section(&self) -> ReportSection {
         let report = self.report;
-        let own = setting_row("as it is".to_owned(), report.own());
-        let mut rows = vec![TableRow {
-            class: "own",
-            ..own
-        }];
+        let mut rows = vec![setting_row(report.own().name(), report.own())];
         for ladder in &report.ladders {
             let rungs = report.settings.iter().filter_map(|measured| {
                 let choice = measured.single_rung()?;
@@ -85,7 +110,8 @@ impl AccuracyPage<'_> {
         }
         ReportSection {
             title: "Rungs, changed one at a time".to_owned(),
-            explanation: "A rung is a quality level of a setting; the setting is a ladder. Times are CPU times, summed over all threads, at the scene's \
+            explanation: "A rung is a quality level of a setting; the setting is a ladder. `--rung LADDER=RUNG` chooses a rung; `--spp`, `--denoise`, `--max-depth`, \
+                 `--integrator` and `--precision` choose those of samples, reconstruction, path-length, integrator and precision. Times are CPU times, summed over all threads, at the scene's \
                  own picture size. Error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01) for the picture I and the reference R. Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. \
                  <: indistinguishable from zero; the number is the upper end of the interval. Not known: the ends of the interval differ by more than a factor of 3. \
                  An empty cell of bias or light: unknown, or indistinguishable from zero."
@@ -100,12 +126,12 @@ impl AccuracyPage<'_> {
         let all = self.report.settings.iter();
         let rows = all.filter(|of| of.setting.choices().len() > 1);
         let rows: Vec<TableRow> = rows
-            .map(|of| setting_row(of.setting.to_string(), of))
+            .map(|of| setting_row(format!("`{}`", of.name()), of))
             .collect();
         (!rows.is_empty()).then(|| ReportSection {
-            title: "Several rungs, changed together".to_owned(),
+            title: "Settings of several rungs".to_owned(),
             explanation: String::new(),
-            table: setting_table("rungs", rows),
+            table: setting_table("flags", rows),
             notes: Vec::new(),
         })
     }

@@ -2,22 +2,23 @@
 //! the measurement.
 
 use raywright_core::Settings;
-use raywright_core::accuracy::AccuracyReport;
+use raywright_core::accuracy::{AccuracyReport, RungSetting};
 use raywright_core::bench::clock::CLOCK_NAME;
 use raywright_core::display::Display;
+use raywright_core::ladder::{Ladder, RungChoice};
 use raywright_io::LoadedScene;
 use raywright_io::report::{
     AccuracyPage, format_count, format_duration, format_significant_digits,
 };
 use serde::Serialize;
 
-use super::recommendation::{RenderCommand, format_recommendation};
+use super::recommendation::format_recommendation;
 use crate::console;
 use crate::machine::processor_name;
-use crate::origin::command_line;
+use crate::origin::{command_line, quote_for_shell};
 
 /// Version of the layout of [`AccuracyDocument`]. Since version 8, ladders without effect on the scene
-/// are left to `explain`. Since version 7, `settings` holds each measured
+/// are left to `explain`, and flags are the shortest of `render`. Since version 7, `settings` holds each measured
 /// setting once, and `frontier` and `recommendations` are rows of it; ladders that change no picture,
 /// output formats and effects are left to `bench`, the documentation and `explain --measure`. Since
 /// version 6, keys are nouns (`recommendations`, `sufficient_budget`).
@@ -66,30 +67,23 @@ impl<'a> AccuracyDocument<'a> {
         requested: &[String],
         settings: &Settings,
         threads: usize,
-        report: &'a AccuracyReport,
+        report: &'a mut AccuracyReport,
     ) -> Self {
         let processor = processor_name();
         let clock = match CLOCK_NAME {
             "thread CPU time" => "CPU time of all threads",
             other => other,
         };
-        let is_model = loaded.source.format.is_model();
-        let command = RenderCommand::new(&loaded.source.name, is_model, requested, settings);
-        let rows = report.settings.iter();
-        let flags = rows.map(|row| match command.format_flags(&row.setting) {
-            flags if flags.is_empty() => "as it is".to_owned(),
-            flags => flags,
-        });
         let scene = &loaded.source.name;
+        let own_command = split_command(scene, requested, settings, report);
         Self {
             page: AccuracyPage {
                 scene,
                 circumstances: describe_conditions(processor.as_deref(), threads, clock, report),
                 command: command_line(),
                 report,
-                recommendation: format_recommendation(report, &command),
-                flags: flags.collect(),
-                own_command: command.base,
+                recommendation: format_recommendation(report),
+                own_command,
                 display: Display::from_render(&loaded.scene.render),
             },
             format: FORMAT,
@@ -103,6 +97,38 @@ impl<'a> AccuracyDocument<'a> {
             report,
         }
     }
+}
+
+/// Splits the `render` commands of all settings: returns what they have in common, and gives each setting
+/// of the report its flags, with the rungs of the measurement. A model has other samples without denoising,
+/// so that flags of denoising state the samples.
+fn split_command(
+    scene: &str,
+    requested: &[String],
+    settings: &Settings,
+    report: &mut AccuracyReport,
+) -> String {
+    let mut common = vec!["raywright render".to_owned(), quote_for_shell(scene)];
+    let mut chosen = RungSetting::default();
+    for flag in requested {
+        match flag.strip_prefix("--rung ").map(RungChoice::parse) {
+            Some(Ok(choice)) => chosen = chosen.with_rung(choice),
+            _ => common.push(flag.clone()),
+        }
+    }
+    let samples = RungChoice::parse(&format!("samples={}", settings.samples()));
+    for row in &mut report.settings {
+        let mut all = chosen.with_rungs(row.setting.choices());
+        if let (Some(_), None, Ok(samples)) = (
+            all.rung(Ladder::Reconstruction),
+            all.rung(Ladder::Samples),
+            &samples,
+        ) {
+            all = all.with_rung(*samples);
+        }
+        row.flags = all.flags();
+    }
+    common.join(" ")
 }
 
 /// Describes the conditions of the measurement in sentences: the size, the machine and the
@@ -144,4 +170,102 @@ fn describe_conditions(
         ),
         format!("measured in {}{cut}", format_duration(report.seconds)),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use raywright_core::accuracy::MeasuredSetting;
+    use raywright_core::scene::Scene;
+    use raywright_core::settings::Sampling;
+
+    use super::super::text::tests::report;
+    use super::*;
+    use crate::args::{Arguments, Command};
+    use crate::plan::RenderTask;
+
+    /// Returns the common command of a measurement with some flags, and the flags of a setting.
+    fn split(requested: &[&str], rungs: &[&str]) -> (String, String) {
+        let choice = |rung: &&str| RungChoice::parse(rung).expect("a rung");
+        let choices: Vec<RungChoice> = rungs.iter().map(choice).collect();
+        let settings = Settings {
+            sampling: Sampling::General(64),
+            ..Settings::from_scene(&Scene::default())
+        };
+        let mut report = AccuracyReport {
+            settings: vec![MeasuredSetting {
+                setting: RungSetting::from_rungs(&choices),
+                ..MeasuredSetting::default()
+            }],
+            ..report()
+        };
+        let requested: Vec<String> = requested.iter().map(|&flag| flag.to_owned()).collect();
+        let common = split_command("a b.glb", &requested, &settings, &mut report);
+        (common, report.settings[0].flags.join(" "))
+    }
+
+    /// Protects: a command repeats the flags of the measurement, except for ladders whose rung the
+    /// setting changes. No ladder is named twice, and denoising comes with the number of samples.
+    #[test]
+    fn commands_ask_for_everything() {
+        let requested = ["--integrator path", "--rung samples=16"];
+        let (common, flags) = split(&requested, &["samples=64", "precision=reference"]);
+        assert_eq!(common, "raywright render 'a b.glb' --integrator path");
+        assert_eq!(flags, "--spp 64 --precision reference");
+        for (requested, rungs, flags) in [
+            (
+                &requested[..],
+                &["clamp=10", "reconstruction=denoised"][..],
+                "--spp 16 --denoise --rung clamp=10",
+            ),
+            (
+                &requested,
+                &["clamp=10", "roulette=off"],
+                "--spp 16 --rung roulette=off --rung clamp=10",
+            ),
+            (&requested, &[], "--spp 16"),
+            (&[], &[], ""),
+            (&[], &["reconstruction=unbiased"], "--spp 64 --no-denoise"),
+            (
+                &["--rung clamp=10"],
+                &["samples=4"],
+                "--spp 4 --rung clamp=10",
+            ),
+            (&["--rung clamp=10"], &["clamp=1"], "--rung clamp=1"),
+        ] {
+            assert_eq!(split(requested, rungs).1, flags);
+        }
+    }
+
+    /// Protects: the flags of a setting select exactly the rungs (quality levels) that were measured, for
+    /// every rung that changes a picture.
+    #[test]
+    fn what_is_advised_is_what_was_measured() {
+        let settings = |flags: &str| {
+            let words = ["raywright", "render", "preset:cornell"]
+                .into_iter()
+                .chain(flags.split_whitespace());
+            let Ok(Arguments {
+                command: Some(Command::Render(args)),
+                ..
+            }) = Arguments::try_parse_from(words)
+            else {
+                panic!("{flags}")
+            };
+            let (mut scene, task) = (
+                Scene::default(),
+                RenderTask::new(*args).expect("right words"),
+            );
+            let plan =
+                task.resolve_plan(&mut scene, None, |_, _, _, _| panic!("nothing is framed"));
+            (plan.expect("a plan").settings, scene)
+        };
+        let ladders = Ladder::ALL.into_iter().filter(|of| of.changes_pictures());
+        for choice in ladders.flat_map(Ladder::choices) {
+            let flags = RungSetting::from_rung(choice).flags().join(" ");
+            let rung = format!("--rung {choice}");
+            assert_eq!(settings(&flags), settings(&rung), "{flags}");
+            assert!(flags.len() <= rung.len());
+        }
+    }
 }

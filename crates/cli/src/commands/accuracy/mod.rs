@@ -32,13 +32,14 @@ pub fn run(mut session: Session, args: &AccuracyArgs) -> Result<(), Failure> {
     let options = plan::build_load_options(&args.changes, args.max_memory);
     let mut loaded = session.load_to_render(&name, &options)?;
     let (watch, mut steps) = (session.start_work(), StepProgress::start(session.verbosity));
-    let (settings, report) = session.run(|| measure(args, &mut loaded, (&watch, &mut steps)))?;
+    let (settings, mut report) =
+        session.run(|| measure(args, &mut loaded, (&watch, &mut steps)))?;
     drop(steps);
     let is_stopped = watch.was_stopped();
     let words = command_words::insert_command(origin::run_arguments().to_vec());
     let flags = format_measurement_flags(words);
     let threads = session.run(rayon::current_num_threads);
-    let document = AccuracyDocument::new(&loaded, &flags, &settings, threads, &report);
+    let document = AccuracyDocument::new(&loaded, &flags, &settings, threads, &mut report);
     for (path, format) in files {
         let text = format(&document);
         if is_stopped {
@@ -100,9 +101,9 @@ pub fn run_embedded(
         .into());
     }
     let mut steps = StepProgress::start(Verbosity::Quiet);
-    let (settings, report) = measure(args, &mut loaded, (observer, &mut steps))?;
+    let (settings, mut report) = measure(args, &mut loaded, (observer, &mut steps))?;
     let threads = rayon::current_num_threads();
-    let mut document = AccuracyDocument::new(&loaded, flags, &settings, threads, &report);
+    let mut document = AccuracyDocument::new(&loaded, flags, &settings, threads, &mut report);
     document.command = command;
     Ok(console::format_json(&document))
 }

@@ -12,14 +12,16 @@ pub fn format_report(document: &AccuracyDocument<'_>) -> String {
     let (page, room) = (&document.page, console::line_width());
     let mut text = format!("{}\n{}\n", page.scene, wrap_paragraph(&page.recommendation));
     let sections = page.sections();
-    let point = |&row: &usize| {
-        let measured = &page.report.settings[row];
-        let error = measured.errors.root_relmse.value;
-        (measured.seconds.value, error)
-    };
-    let points: Vec<_> = page.report.frontier.iter().map(point).collect();
+    let report = page.report;
+    let others = report.frontier.iter().filter(|row| **row != 0);
+    let rows = others.map(|&row| (&report.settings[row], 'o'));
+    // The setting in use is drawn last, above others.
+    let rows = rows.chain([(report.own(), 'x')]);
+    let known = rows.filter(|(of, _)| of.errors.root_relmse.value.is_finite());
+    let points = known.map(|(of, mark)| (of.seconds.value, of.errors.root_relmse.value, mark));
+    let points: Vec<_> = points.collect();
     text += &sections[0].to_text(room);
-    text += &draw_scatter_plot(&points, "error", "time");
+    text += &draw_scatter_plot(&points, "error", "time (x: in use)");
     text += "\n";
     for line in &page.circumstances {
         text += &(wrap_paragraph(line) + "\n");

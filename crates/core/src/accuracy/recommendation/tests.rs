@@ -16,6 +16,7 @@ fn about(value: f64, factor: f64) -> ConfidenceInterval {
 fn measured(rungs: &str, bias: f64, light: f64) -> MeasuredSetting {
     MeasuredSetting {
         setting: setting(rungs),
+        flags: Vec::new(),
         seconds: about(1.0, 1.1),
         ratio: about(1.0, 1.1),
         errors: SettingErrors {
@@ -82,8 +83,8 @@ fn the_fastest_that_will_do_is_named() {
     assert_eq!(
         told(&all),
         [
-            named("--rung samples=256", 4.1),
-            named("--rung samples=16--rung reconstruction=denoised", 0.5),
+            named("--spp 256", 4.1),
+            named("--spp 16--denoise", 0.5),
             named("--rung clamp=1", 0.1)
         ]
     );
@@ -97,10 +98,7 @@ fn the_fastest_that_will_do_is_named() {
     // A row with bias is named, too, where it has half of the error far sooner than the sound one.
     let filtered = unsound("reconstruction=denoised", 1.1, 0.4);
     let [_, same, biased] = told(&[all[0].clone(), all[3].clone(), filtered]);
-    assert_eq!(
-        (same, biased),
-        (None, named("--rung reconstruction=denoised", 1.1))
-    );
+    assert_eq!((same, biased), (None, named("--denoise", 1.1)));
     // Half of the error is named with its doubt where the front has it, the same error is not.
     let doubtful = candidate("samples=256", 4.1, 0.5, 1.6);
     let found = [&all[..1], &[doubtful]].concat();
@@ -126,6 +124,19 @@ fn the_front_is_what_nobody_beats() {
         unsound("clamp=1", 0.1, 0.1),
     ];
     assert_eq!(pareto_front(&all), [2, 0, 1]);
+}
+
+/// Protects: of several settings that hardly differ one stays on the front, also where each is as good as
+/// the next within the resolution and only the last clearly takes less time than the one in use.
+#[test]
+fn equal_settings_do_not_remove_each_other() {
+    let all = [
+        candidate("", 1.0, 1.0, 1.1),
+        candidate("path-length=64", 0.975, 1.0, 1.1),
+        candidate("clamp=100", 0.95, 1.0, 1.1),
+    ];
+    assert_eq!(pareto_front(&all), [2]);
+    assert_eq!(pareto_front(&all[..2]), [0]);
 }
 
 /// Protects: a setting is unsound with a bias above half of its error, or possibly above .7 of

@@ -12,7 +12,7 @@ use super::super::{
 use super::*;
 use crate::bench::clock::Stopwatch;
 use crate::dispatch::prepare;
-use crate::ladder::RungChoice;
+use crate::ladder::{Ladder, RungChoice};
 use crate::observer::Observer;
 use crate::scene::{Integrator, Scene};
 use crate::settings::{PrecisionChoice, Sampling, Settings};
@@ -127,7 +127,7 @@ fn times_are_what_the_clock_says() {
         report.reference.seconds,
         f64::from(report.reference.samples) * 64.0 * 8.0 * 1e-6,
     );
-    let words = ["the reference", "path-length=64"];
+    let words = ["the reference", "--max-depth 64"];
     let is_heard = |words: &&str| heard.iter().any(|(label, _)| label == words);
     assert!(words.iter().all(is_heard), "{heard:?}");
     let is_share = |share: &f64| (0.0..=1.0).contains(share);
@@ -292,6 +292,149 @@ fn a_first_look_takes_the_same_time_for_all_samples() {
         }
         assert!(look > 0.04 * samples, "{look}, {samples}");
     });
+}
+
+/// Protects: only films that are denoised, or tell what that costs, have the layers of the filter; the
+/// time of a noisy row is without them, that of a denoised row with them and the filter, and a rung
+/// changes the rest.
+#[test]
+fn noisy_rows_have_no_layers() {
+    let scene = lamp();
+    with_study(&scene, &path_settings(&scene), |study| {
+        study.tiles = vec![0];
+        let (baseline, own) = (study.space.baseline.clone(), RungSetting::default());
+        let layered = study.space.layered_baseline().expect("a filter");
+        let rung = |name: &str| RungSetting::from_rung(RungChoice::parse(name).expect("a rung"));
+        let (early, end) = (
+            rung("roulette=early"),
+            Instant::now() + Duration::from_secs(600),
+        );
+        let (denoised, few) = (rung("reconstruction=denoised"), rung("samples=4"));
+        let (_, reference) = study.render(&Job::tiles(&own, 1), end).expect("a picture");
+        study.truth = reference.iter().map(|of| mean_of_replicates(of)).collect();
+        study.reference_replicates = reference;
+        for (job, seconds) in [
+            (Job::whole(&few), 8.0),
+            (Job::whole(&own), 40.0),
+            (Job::tiles(&study.space.exact_baseline(), 0), 1.0),
+            (Job::tiles(&baseline, 0), 1.0),
+            (Job::tiles(&layered, 0), 1.25),
+            (Job::tiles(&early, 0), 0.5),
+            (Job::tiles(&baseline, 0), 1.0),
+        ] {
+            let (timed, replicates) = study.render(&job, end).expect("a picture");
+            let has_layers = job == Job::whole(&own) || job.setting == layered;
+            assert_eq!(timed.film.is_to_be_denoised(), has_layers, "{job:?}");
+            let timed = TimedFilm { seconds, ..timed };
+            match job.region {
+                Region::Whole => study.record_whole(&job, &timed, 0.0, end),
+                Region::Tiles => study.record_tiles(&job, &timed, replicates, 0.0),
+            }
+        }
+        let filter = study.table[1].denoised.as_ref().expect("a filter").seconds;
+        let early_denoised = early.with_rungs(denoised.choices());
+        for (setting, seconds) in [
+            (&own, 32.0),
+            (&few, 8.0),
+            (&denoised, 40.0 + filter),
+            (&early, 16.0),
+            (&early_denoised, 24.0 + filter),
+        ] {
+            let row = Figures { study }.summarise(setting).expect("a row");
+            near(row.seconds.value, seconds);
+            near(row.ratio.value, seconds / 32.0);
+        }
+    });
+}
+
+/// Protects: a rung that halves the noise of the tiles may leave all noise that lies between them, or
+/// nothing of it; its error is known where the tiles have as much noise as the whole picture.
+#[test]
+fn noise_between_tiles_is_in_doubt() {
+    let scene = lamp();
+    let settings = Settings {
+        size: [64, 48],
+        ..path_settings(&scene)
+    };
+    let early = RungSetting::from_rung(RungChoice::parse("roulette=early").expect("a rung"));
+    let error = |share: f64| {
+        with_study(&scene, &settings, |study| {
+            study.tiles = (0..12).collect();
+            let own = RungSetting::default();
+            let claim = |value: f64| ErrorEstimate {
+                value,
+                low: 0.97 * value,
+                high: 1.03 * value,
+                carriers: 1e4,
+            };
+            let sums = |noise: f64| {
+                let sums = TileSums {
+                    pixels: 64.0,
+                    noise: 64.0 * noise,
+                    ..TileSums::default()
+                };
+                vec![sums; 12]
+            };
+            for (job, sums) in [
+                (Job::whole(&own), Vec::new()),
+                (Job::tiles(&own, 0), sums(0.04 * share)),
+                (Job::tiles(&early, 0), sums(0.02 * share)),
+            ] {
+                study.table.push(Trial {
+                    seconds: 1.0,
+                    sums,
+                    claim: Some(Uncertainty {
+                        rmse: claim(0.2),
+                        root_relmse: claim(0.2),
+                        replicates: 2,
+                        doubt: None,
+                    }),
+                    ..Trial::too_long(job)
+                });
+            }
+            let row = Figures { study }.summarise(&early).expect("a row");
+            row.errors.root_relmse
+        })
+    };
+    let full = error(1.0);
+    assert!(full.low > 0.13 && full.high < 0.152, "{full:?}");
+    let quarter = error(0.25);
+    assert!(quarter.low < 0.08 && quarter.high > 0.18, "{quarter:?}");
+}
+
+/// Protects: beside an error that is not known stands nothing, neither bias nor light, and it is in no
+/// advice; with a known one stands both.
+#[test]
+fn nothing_stands_beside_an_unknown_error() {
+    for emission in ["4", "4e-3"] {
+        let mut scene = lamp();
+        let lamp =
+            format!(r#"{{"name": "l", "model": {{"physical": {{"emission": {emission}}}}}}}"#);
+        scene.materials[1] = serde_json::from_str(&lamp).expect("a material");
+        let is_dark = emission == "4e-3";
+        if is_dark {
+            scene.sky = serde_json::from_str(r#"{"constant": 1e-3}"#).expect("a sky");
+        }
+        let report = measure_by_clocks(
+            (&scene, &path_settings(&scene)),
+            &effort(600.0, 2),
+            &(),
+            &mut |_, _| (),
+            (MICROSECOND_A_RAY, &Instant::now),
+        );
+        let report = report.expect("a report");
+        for MeasuredSetting { errors, flags, .. } in &report.settings {
+            let is_told = errors.bias.is_some() && errors.light.value.is_finite();
+            assert_eq!(
+                errors.root_relmse.is_known(),
+                is_told,
+                "{flags:?}: {errors:?}"
+            );
+        }
+        assert_eq!(report.own().errors.root_relmse.is_known(), !is_dark);
+        let none = crate::accuracy::Recommendations::default();
+        assert_eq!(report.recommendations == none, is_dark);
+    }
 }
 
 /// Protects: the light of a denoised row is the ratio of the denoised picture's light to the noisy

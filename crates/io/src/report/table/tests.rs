@@ -154,12 +154,12 @@ fn every_notation_has_the_rows() {
         .rows
         .push(TableRow::with_class("ladder", ["all".to_owned()]));
     table.rows.push(TableRow::with_class(
-        "own",
+        "",
         ["c".to_owned(), "no time".to_owned()],
     ));
     let rows = "<tr><td title=\"&quot;what&quot;\" tabindex=\"0\">a&lt;b</td><td>1</td><td class=\"text\"><code>--spp 4</code></td></tr>\n\
         <tr class=\"ladder\"><td colspan=\"3\">all</td></tr>\n\
-        <tr class=\"own\"><td>c</td><td colspan=\"2\" class=\"text\">no time</td></tr>\n";
+        <tr><td>c</td><td colspan=\"2\" class=\"text\">no time</td></tr>\n";
     let html = table.to_html();
     assert!(
         html.contains("<th class=\"text\">rung</th><th>x</th><th class=\"text\">flags</th>")

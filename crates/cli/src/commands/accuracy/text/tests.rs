@@ -32,6 +32,7 @@ fn measured(rungs: &[&str], square: ConfidenceInterval) -> MeasuredSetting {
     let choices: Vec<RungChoice> = rungs.iter().map(choice).collect();
     MeasuredSetting {
         setting: RungSetting::from_rungs(&choices),
+        flags: Vec::new(),
         seconds: interval(25.0, 22.5, 27.5),
         ratio: interval(1.75, 1.7499, 1.7501),
         errors: SettingErrors {
@@ -70,7 +71,7 @@ pub fn report() -> AccuracyReport {
             ladder: "samples",
             in_use: "64".to_owned(),
         }],
-        unmeasured: vec!["samples=1024".to_owned()],
+        unmeasured: vec!["--spp 1024".to_owned()],
         sufficient_budget: None,
         seconds: 12.0,
         cut_short: false,
@@ -102,7 +103,7 @@ fn loaded() -> LoadedScene {
 fn document<'a>(
     loaded: &'a LoadedScene,
     requested: &[String],
-    report: &'a AccuracyReport,
+    report: &'a mut AccuracyReport,
 ) -> AccuracyDocument<'a> {
     let settings = raywright_core::Settings::from_scene(&loaded.scene);
     AccuracyDocument::new(loaded, requested, &settings, 1, report)
@@ -110,7 +111,7 @@ fn document<'a>(
 
 /// Formats a measurement for the terminal.
 fn text_of(report: &AccuracyReport) -> String {
-    format_report(&document(&loaded(), &[], report))
+    format_report(&document(&loaded(), &[], &mut report.clone()))
 }
 
 /// Protects: each figure of a rung is in its column: time, ratio, roots of relMSE and bias, and
@@ -127,7 +128,7 @@ fn figures_of_rungs() {
     );
     let figures = "25.0 s ±10 % 1.75 0.300 (0.200 to 0.400) 0.0110 ±9 % -8.1 %";
     let (_, rungs) = text.split_once("changed one at a time").expect("a title");
-    assert_eq!(words(rungs, "as it is"), format!("as it is * {figures}"));
+    assert_eq!(words(rungs, "in use"), format!("in use {figures}"));
     assert_eq!(words(rungs, "samples"), "samples (in use: 64)");
     assert_eq!(words(rungs, "4 "), format!("4 {figures}"));
     assert_eq!(
@@ -136,10 +137,10 @@ fn figures_of_rungs() {
     );
     assert_eq!(
         words(&text, "Not measured for lack"),
-        "Not measured for lack of time: samples=1024."
+        "Not measured for lack of time: --spp 1024."
     );
     assert!(
-        !text.contains("Slower and less") && !text.contains("together"),
+        !text.contains("Slower and less") && !text.contains("several rungs"),
         "{text}"
     );
     report.settings[1].error_ratio = ConfidenceInterval::from_exact(1.2);
@@ -147,13 +148,13 @@ fn figures_of_rungs() {
     let text = text_of(&report);
     assert_eq!(
         words(&text, "Slower and less"),
-        "Slower and less accurate than the rung in use: samples=4."
+        "Slower and less accurate than the rung in use: --spp 4."
     );
     assert!(!text.contains("\n  4 "), "{text}");
-    let (_, together) = text.split_once("changed together\n").expect("a title");
+    let (_, together) = text.split_once("of several rungs\n").expect("a title");
     assert_eq!(
-        words(together, "clamp=1"),
-        format!("clamp=1 samples=4 {figures}")
+        words(together, "--spp"),
+        format!("--spp 4 --rung clamp=1 {figures}")
     );
 }
 
@@ -164,7 +165,7 @@ fn figures_of_rungs() {
 fn what_to_do_comes_first() {
     let (loaded, mut report) = (loaded(), report());
     report.frontier = vec![1, 0];
-    let text = format_report(&document(&loaded, &["--at 2".to_owned()], &report));
+    let text = format_report(&document(&loaded, &["--at 2".to_owned()], &mut report));
     let lines: Vec<&str> = text.lines().collect();
     assert!(
         lines[1].starts_with("Setting in use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time."),
@@ -178,7 +179,7 @@ fn what_to_do_comes_first() {
     };
     assert!(
         place("Worth their time") < place("measured at the size of the render")
-            && place("measured at the size of the render") < place("as it is *"),
+            && place("measured at the size of the render") < place("changed one at a time"),
         "{text}"
     );
     assert_eq!(text.matches("raywright render").count(), 1, "{text}");
@@ -187,6 +188,61 @@ fn what_to_do_comes_first() {
             == "(1) 25.0 s ±10 % 1.75 0.300 (0.200 to 0.400) -8.1 % --spp 4"
     };
     assert_eq!(lines.iter().filter(|line| row(line)).count(), 1, "{text}");
+}
+
+/// Protects: the setting in use stands in the table of settings worth their time, in the plot and on the
+/// page, whether it is one of them or not, and the reason stands beside it.
+#[test]
+fn the_setting_in_use_is_always_shown() {
+    let (loaded, mut report) = (loaded(), report());
+    let told = |report: &AccuracyReport, reason: &str, is_drawn: bool| {
+        let mut report = report.clone();
+        let document = document(&loaded, &["--rung clamp=10".to_owned()], &mut report);
+        let text = format_report(&document);
+        let (table, _) = text.split_once("measured at the size").expect("conditions");
+        let named = format!("in use (--rung clamp=10){reason}");
+        let row = table.lines().find(|line| line.contains("in use ("));
+        let words: Vec<&str> = text.split_whitespace().collect();
+        assert!(words.join(" ").contains(&named), "{named} in\n{text}");
+        assert!(row.is_some_and(|row| row.contains("25.0 s")), "{text}");
+        let page = document.page.to_html();
+        let (_, caption) = page.split_once("less error below.").expect("a caption");
+        let caption = caption.replace("<code>", "").replace("</code>", "");
+        assert!(
+            caption.starts_with(&format!(" Setting {named}.")),
+            "{caption}"
+        );
+        assert_eq!(page.contains("<title>in use</title>"), is_drawn, "{page}");
+    };
+    told(&report, "", true);
+    let mut better = seen(&["samples=4"]);
+    better.seconds = interval(12.0, 11.0, 13.0);
+    report.settings.push(better.clone());
+    report.frontier = vec![3];
+    told(
+        &report,
+        "; --spp 4 --rung clamp=10 has the same error in less time",
+        true,
+    );
+    report.settings[3].errors.root_relmse = interval(0.1, 0.09, 0.11);
+    told(
+        &report,
+        "; --spp 4 --rung clamp=10 has less error in less time",
+        true,
+    );
+    report.settings[3].seconds = report.settings[0].seconds;
+    told(
+        &report,
+        "; --spp 4 --rung clamp=10 has less error in the same time",
+        true,
+    );
+    report.frontier = vec![3, 0];
+    report.settings[0].errors.root_relmse = ConfidenceInterval::UNKNOWN;
+    told(
+        &report,
+        "; its error is not known, so that it cannot be compared",
+        false,
+    );
 }
 
 /// Protects: the page has the table's figures, and a line that lists slower and worse settings. The
@@ -199,14 +255,14 @@ fn the_page_says_the_same() {
     let mut slow = seen(&["clamp=1"]);
     slow.error_ratio = ConfidenceInterval::from_exact(1.2);
     report.settings.push(slow);
-    let document = document(&loaded, &[], &report);
+    let document = document(&loaded, &[], &mut report);
     let page = document.page.to_html();
     for words in [
         "<p class=\"answer\">Setting in use: error 0.3 (0.2 to 0.4), ",
         "<td>25.0\u{a0}s ±10\u{a0}%</td><td>1.75</td><td>0.300 (0.200\u{a0}to 0.400)</td>",
         "<td>-8.1\u{a0}%</td><td class=\"text\"><code>--spp 4</code></td>",
-        "<p>Slower and less accurate than the rung in use: clamp=1.</p>",
-        "<p>Not measured for lack of time: samples=1024.</p>",
+        "<p>Slower and less accurate than the rung in use: --rung clamp=1.</p>",
+        "<p>Not measured for lack of time: --spp 1024.</p>",
     ] {
         assert!(page.contains(words), "no {words} in {page}");
     }
