@@ -78,9 +78,9 @@ pub(super) fn pareto_front(settings: &[MeasuredSetting]) -> Vec<usize> {
     // Whether one row is at most as slow and as wrong as another, and whether it is clearly less so.
     let compare = |one: usize, other: usize| {
         let (one, other) = (point(one), point(other));
-        let is_below = |i: usize, sign: f64| one[i] <= other[i] * (1.0 + sign * RESOLUTION);
-        let covers = (0..2).all(|i| is_below(i, 1.0));
-        (covers, covers && (0..2).any(|i| is_below(i, -1.0)))
+        let covers = (0..2).all(|i| one[i] <= other[i] * (1.0 + RESOLUTION));
+        let is_less = (0..2).any(|i| one[i] < other[i] * (1.0 - RESOLUTION));
+        (covers, covers && is_less)
     };
     // The simplest of equal rows stays.
     let mut kept: Vec<usize> = Vec::new();

@@ -127,7 +127,7 @@ fn noise_is_no_bias() {
     };
     let settings = Settings {
         sampling: Sampling::General(16),
-        size: [4, 3],
+        size: [16, 12],
         ..settings(&scene, DOWN)
     };
     let report =
