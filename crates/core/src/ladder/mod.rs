@@ -56,32 +56,25 @@ impl Ladder {
     }
 
     /// Returns the effects on which the ladder has an influence. The ladder matters to scenes with
-    /// any of these effects. An empty set means that it matters to every scene.
-    pub const fn affected_effects(self) -> EffectSet {
+    /// any of these effects; without effects, to every scene.
+    const fn affected_effects(self) -> &'static [Effect] {
+        use Effect::*;
         match self {
-            Self::RayOffset => EffectSet::from_effects(&[
-                Effect::Shadows,
-                Effect::SoftShadows,
-                Effect::MirrorReflection,
-                Effect::Refraction,
-                Effect::Transparency,
-            ]),
-            Self::Shadows => EffectSet::from_effects(&[Effect::Shadows, Effect::SoftShadows]),
-            Self::LightSampling => {
-                EffectSet::from_effects(&[Effect::SoftShadows, Effect::SkyLight])
-            }
-            Self::SkyChoice => EffectSet::from_effects(&[Effect::SkyLight]),
-            Self::Fresnel | Self::Microfacets => {
-                EffectSet::from_effects(&[Effect::PhysicalMaterials])
-            }
-            Self::Colour => EffectSet::from_effects(&[Effect::Dispersion]),
-            Self::TextureFilter => EffectSet::from_effects(&[Effect::ImageTextures]),
-            Self::PathLength => EffectSet::from_effects(&[
-                Effect::MirrorReflection,
-                Effect::Refraction,
-                Effect::Transparency,
-            ]),
-            _ => EffectSet::EMPTY,
+            Self::RayOffset => &[
+                Shadows,
+                SoftShadows,
+                MirrorReflection,
+                Refraction,
+                Transparency,
+            ],
+            Self::Shadows => &[Shadows, SoftShadows],
+            Self::LightSampling => &[SoftShadows, SkyLight],
+            Self::SkyChoice => &[SkyLight],
+            Self::Fresnel | Self::Microfacets => &[PhysicalMaterials],
+            Self::Colour => &[Dispersion],
+            Self::TextureFilter => &[ImageTextures],
+            Self::PathLength => &[MirrorReflection, Refraction, Transparency],
+            _ => &[],
         }
     }
 
@@ -186,7 +179,8 @@ pub(crate) fn applicable_ladders(
         || present.has(Effect::SoftShadows)
         || present.has(Effect::FuzzyReflection);
     let called_for = move |ladder: Ladder| {
-        ladder.affected_effects().is_empty() || !ladder.affected_effects().and(present).is_empty()
+        let affected = ladder.affected_effects();
+        affected.is_empty() || affected.iter().any(|&effect| present.has(effect))
     };
     Ladder::ALL.into_iter().filter(move |&ladder| match ladder {
         // The integrators interpret classic materials differently, and neither is more exact.

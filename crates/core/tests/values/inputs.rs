@@ -341,7 +341,12 @@ fn ladders_are_reported_where_they_matter() {
     assert_eq!(told(classic(json!({})), 8), always);
     let mirror = || classic(json!({ "reflection": { "weight": 1 } }));
     let (first, last) = always.split_at(2);
-    let further = [first, &["path-length", "precision", "ray-offset"], &last[1..]].concat();
+    let further = [
+        first,
+        &["path-length", "precision", "ray-offset"],
+        &last[1..],
+    ]
+    .concat();
     assert_eq!(
         (told(mirror(), 8), told(mirror(), 1)),
         (further.clone(), further)

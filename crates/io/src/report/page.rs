@@ -160,10 +160,13 @@ impl AccuracyPage<'_> {
         let sections = self.sections();
         let sections: Vec<String> = sections.iter().map(ReportSection::to_html).collect();
         let (frontier, others) = (&sections[0], sections[1..].concat());
+        // The plot names the setting in use; a reason stands below it.
+        let own = Some(self.describe_own()).filter(|own| own != "in use");
+        let own = own.map(|own| format!("Setting {}. ", html_with_code(&own)));
+        let own = own.unwrap_or_default();
         let body = format!(
-            "<p class=\"answer\">{recommendation}</p>\n{}<h2>Error against time</h2>\n<figure><div class=\"plot\">{plot}</div>\n<figcaption>Less time is to the left, less error below. Setting {}. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}<h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{others}",
+            "<p class=\"answer\">{recommendation}</p>\n{}<h2>Error against time</h2>\n<figure><div class=\"plot\">{plot}</div>\n<figcaption>Less time is to the left, less error below. {own}<span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}<h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{others}",
             self.pictures_html(),
-            html_with_code(&self.describe_own()),
             escape_xml(&self.command),
         );
         html_document(&title, &body, include_str!("page.js"))

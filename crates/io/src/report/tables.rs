@@ -4,7 +4,7 @@
 
 use raywright_core::accuracy::{ConfidenceInterval, MeasuredSetting};
 
-use super::numbers::{format_budget, format_precise_duration, format_three_digits};
+use super::numbers::{format_precise_duration, format_three_digits};
 use super::page::AccuracyPage;
 use super::section::ReportSection;
 use super::table::{ColumnAlignment, Table, TableRow, format_uncertain};
@@ -155,10 +155,6 @@ impl AccuracyPage<'_> {
             .into_iter()
             .filter(|(_, names)| !names.is_empty())
             .map(|(words, names)| format!("{words}: {names}."))
-            .chain(report.sufficient_budget.map(|seconds| {
-                let budget = format_budget(seconds);
-                format!("A longer measurement, `--budget {budget}`, would probably make the unknown errors known.")
-            }))
             .collect()
     }
 }
