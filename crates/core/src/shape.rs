@@ -1,6 +1,7 @@
 //! Conversion of a shape in a scene to a primitive of the accelerator. All callers share it.
 
 use glam::{DAffine3, DMat3, DVec3};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
     Sphere, Torus, Triangle,
@@ -129,9 +130,19 @@ pub(crate) fn mesh_bounds<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aa
             map.transform_point3(data.positions.position(i as usize))
         }))
     };
-    let boxes = data
-        .indices
-        .iter()
-        .filter_map(|corners| Triangle::<R>::new(corners.map(position)).bounds());
-    boxes.filter(Aabb::has_area).fold(Aabb::EMPTY, Aabb::union)
+    // Whether a triangle has an area matters only if it reaches beyond the others.
+    let include = |all: Aabb, corners: &[u32; 3]| {
+        let corners = corners.map(position);
+        let is_inside = |corner: &R::Vec3| {
+            let corner = corner.to_f64();
+            all.min.cmple(corner).all() && corner.cmple(all.max).all()
+        };
+        if corners.iter().all(is_inside) {
+            return all;
+        }
+        let own = Triangle::<R>::new(corners).bounds();
+        own.filter(Aabb::has_area).map_or(all, |own| all.union(own))
+    };
+    let parts = data.indices.par_iter().fold(|| Aabb::EMPTY, include);
+    parts.reduce(|| Aabb::EMPTY, Aabb::union)
 }

@@ -15,10 +15,18 @@ use crate::settings::default_replicates;
 /// (`benches/runs/2026-12-01-advice.md`).
 const EXPONENT: f64 = 1.05;
 const EXPONENT_ERROR: f64 = 0.12;
+/// By how much more the exponent may be beyond the most samples of a claim: soft light fell with 1.53 from
+/// 64 to 1024 samples of a model (`benches/runs/2026-12-01-advice.md`).
+const FASTER: f64 = 0.25;
 /// Variance of the logarithm of an error that a single pixel carries, from seed to seed. Of n squares
 /// of normal numbers it is 0.5/n; errors of pixels have longer tails: twice that held
 /// (`benches/runs/2026-12-01-claims.md`).
 const TAIL: f64 = 1.0;
+/// Share of an error, at most of .6, by which a claim may be too high: in a picture that is mostly noise,
+/// so are the colours that errors are relative to. 16 samples of the preset depth-of-field claimed .75,
+/// and forty pictures had .61 (`benches/runs/2026-12-01-advice.md`).
+const EXCESS: f64 = 0.4;
+
 /// Claim of a whole picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Claim {
@@ -115,7 +123,9 @@ impl Claim {
         let claim = match self.doubt {
             Some(EstimateDoubt::NearlyBlack) => ConfidenceInterval::UNKNOWN,
             None | Some(EstimateDoubt::FewSamples) => {
-                ConfidenceInterval::from_logarithm(value, sigma)
+                let claim = ConfidenceInterval::from_logarithm(value, sigma);
+                let low = claim.low / (1.0 + EXCESS * value.min(0.6));
+                ConfidenceInterval { low, ..claim }
             }
             Some(_) => ConfidenceInterval {
                 high: f64::INFINITY,
@@ -156,8 +166,10 @@ impl NoiseCurve {
             return ConfidenceInterval::from_exact(0.0);
         }
         let interval = ConfidenceInterval::from_logarithm(square, error);
+        let most = self.claims.iter().map(Claim::samples_of_replicate);
+        let beyond = (replicate / most.fold(0.0, f64::max)).max(1.0);
         ConfidenceInterval {
-            low: interval.low.min(scale * told),
+            low: interval.low.min(scale * told) * libm::pow(beyond, -FASTER),
             high: interval.high.max(scale * told),
             ..interval
         }
@@ -291,6 +303,15 @@ mod tests {
         }
         let error = carried(2.0).square(16).map(f64::sqrt);
         assert!(error.low < 0.27 && error.high > 1.25, "{error:?}");
+    }
+
+    /// Protects: the interval of a picture that is mostly noise holds an error a fifth below its claim; that
+    /// of a clean picture is as narrow as its claim.
+    #[test]
+    fn claims_of_noise_may_be_too_high() {
+        let low = |value: f64| claim(16, value).square().low.sqrt() / value;
+        assert!(low(0.75) < 0.81 && low(0.75) > 0.7, "{}", low(0.75));
+        assert!(low(0.01) > 0.9, "{}", low(0.01));
     }
 
     /// Protects: two pictures of a setting tell the mean of their squares, in an interval that holds what

@@ -192,6 +192,14 @@ impl<'s> Figures<'s> {
             true => self.square(setting, self.noise(setting)?, 1.0)?,
             false => ConfidenceInterval::UNKNOWN,
         };
+        // A bias that the trials cannot tell from none may be in every error.
+        let rest = setting.without_ladder(Ladder::Reconstruction);
+        let is_free = rest.is_free_of_bias() && !self.study.space.is_fixed(setting);
+        let unseen = self.own_bias().filter(ConfidenceInterval::includes_zero);
+        let root_relmse = match unseen.filter(|_| is_free) {
+            Some(bias) => root_relmse.add(&ConfidenceInterval { value: 0.0, ..bias }),
+            None => root_relmse,
+        };
         Some(SettingErrors {
             root_relmse: root_relmse.map(f64::sqrt),
             bias: self.bias(&tile).map(|bias| bias.map(f64::sqrt)),
@@ -232,18 +240,17 @@ impl<'s> Figures<'s> {
             },
         });
         let rest = setting.without_ladder(Ladder::Reconstruction);
-        let is_free = rest.is_free_of_bias() && self.has_no_bias();
+        let is_seen = |bias: ConfidenceInterval| !bias.includes_zero();
+        let is_free = rest.is_free_of_bias() && !self.own_bias().is_some_and(is_seen);
         Some(match bias.filter(|_| !is_free) {
             Some(bias) => noise.add(&bias),
             None => noise,
         })
     }
 
-    /// Whether the setting in use has no bias that the trials tell from none.
-    fn has_no_bias(&self) -> bool {
-        let baseline = self.study.space.general_baseline();
-        let bias = baseline.and_then(|baseline| self.bias(&baseline));
-        bias.is_none_or(|bias| bias.includes_zero())
+    /// Returns the squared bias of the setting in use; `None` without a trial.
+    fn own_bias(&self) -> Option<ConfidenceInterval> {
+        self.bias(&self.study.space.general_baseline()?)
     }
 
     /// Returns the denoised whole pictures with the samples of a setting.
@@ -259,32 +266,48 @@ impl<'s> Figures<'s> {
             .filter_map(|trial| trial.denoised.as_ref())
     }
 
-    /// Returns the seconds of a setting, and their ratio to those of the setting in use.
+    /// Returns the seconds of a setting, and their ratio to those of the setting in use. What both rest on
+    /// does not make the ratio uncertain.
     fn cost(&self, setting: &RungSetting) -> Option<(ConfidenceInterval, ConfidenceInterval)> {
         let own = RungSetting::default();
-        let space = &self.study.space;
-        let (own_seconds, own_error) = self.whole_cost(&own)?;
-        let samples = setting.rung(Ladder::Samples).map(RungSetting::from_rung);
-        let (base, error) = match samples.filter(|_| !space.is_fixed(setting)) {
-            Some(samples) => self.whole_cost(&samples)?,
-            None => (own_seconds, own_error),
+        let (space, look) = (&self.study.space, self.study.first_look);
+        let kinds = [setting, &own].map(|of| space.is_fixed(of));
+        let own_base = self.sample_cost(kinds[1])? * f64::from(space.sample_count(&own));
+        let is_scaled = setting.rung(Ladder::Samples).is_some() && !kinds[0];
+        let base = match is_scaled {
+            true => self.sample_cost(false)? * f64::from(space.sample_count(setting)),
+            false => own_base,
         };
         let factor = self.time_ratio(&space.tile_setting(setting)?)?;
-        let layers = self.layer_cost().value - 1.0;
-        let filter = |setting: &RungSetting, noisy: f64| match space.is_denoised(setting) {
-            true => Some(layers * noisy + self.denoised_trials(setting).next()?.seconds),
-            false => Some(0.0),
+        let layers = self.layer_cost();
+        let drift = libm::hypot(self.time_drift(), layers.logarithmic_error());
+        // Seconds, and the share of the filter in them.
+        let total = |setting: &RungSetting, base: f64, factor: f64| {
+            let filter = match space.is_denoised(setting) {
+                true => (layers.value - 1.0) * base + self.denoised_trials(setting).next()?.seconds,
+                false => 0.0,
+            };
+            // A clock may be too coarse for a tiny picture.
+            let seconds = ((base + look) * factor + filter).max(1e-9);
+            Some((seconds, filter / seconds))
         };
-        // A clock may be too coarse for a tiny picture.
-        let look = self.study.first_look;
-        let seconds = ((base + look) * factor.value + filter(setting, base)?).max(1e-9);
-        let error = libm::hypot(error, factor.logarithmic_error());
-        let ratio = seconds / (own_seconds + look + filter(&own, own_seconds)?).max(1e-9);
+        let (seconds, filter) = total(setting, base, factor.value)?;
+        let (own_seconds, own_filter) = total(&own, own_base, 1.0)?;
+        let scale = match is_scaled {
+            true if kinds[0] != kinds[1] => drift,
+            true => RESOLUTION,
+            false => 0.0,
+        };
+        let apart = libm::hypot(scale, drift * (filter - own_filter));
+        let error = factor.logarithmic_error();
         let ratio = match *setting == own {
             true => ConfidenceInterval::from_exact(1.0),
-            false => ConfidenceInterval::from_logarithm(ratio, libm::hypot(error, own_error)),
+            false => {
+                ConfidenceInterval::from_logarithm(seconds / own_seconds, libm::hypot(error, apart))
+            }
         };
-        Some((ConfidenceInterval::from_logarithm(seconds, error), ratio))
+        let seconds = ConfidenceInterval::from_logarithm(seconds, libm::hypot(error, drift));
+        Some((seconds, ratio))
     }
 
     /// Returns the time with the layers that a filter needs over the time without, as tiles tell it.
@@ -294,31 +317,23 @@ impl<'s> Figures<'s> {
         cost.unwrap_or(ConfidenceInterval::from_exact(1.0))
     }
 
-    /// Returns the seconds of the setting in use, noisy, with another number of samples, and the standard
-    /// error of their logarithm: of its own whole picture, or scaled from the largest. A scaled time has
-    /// twice the error of others.
-    fn whole_cost(&self, setting: &RungSetting) -> Option<(f64, f64)> {
-        let space = &self.study.space;
-        let noisy = |trial: &Trial, factor: f64, error: f64| {
-            let layers = match space.has_layers(&trial.job) {
-                true => self.layer_cost(),
-                false => ConfidenceInterval::from_exact(1.0),
+    /// Returns the seconds of one sample in every pixel without the layers of a filter, from all whole
+    /// pictures with or without a fixed pattern: a picture takes as long as its samples.
+    fn sample_cost(&self, is_fixed: bool) -> Option<f64> {
+        let (space, layers) = (&self.study.space, self.layer_cost().value);
+        let of_whole = self.study.table.iter().filter_map(|trial| {
+            let is_of = trial.job.region == Region::Whole && trial.seconds.is_finite();
+            let layers = if space.has_layers(&trial.job) {
+                layers
+            } else {
+                1.0
             };
-            let error = libm::hypot(error * self.time_drift(), layers.logarithmic_error());
-            (factor * trial.seconds / layers.value, error)
-        };
-        if let Some(trial) = self.trials(setting, Region::Whole).next() {
-            return Some(noisy(trial, 1.0, 1.0));
-        }
-        let settings = space.sample_settings();
-        let others = settings
-            .iter()
-            .filter(|other| space.is_fixed(other) == space.is_fixed(setting));
-        let trials = others.flat_map(|other| self.trials(other, Region::Whole));
-        let count = |setting: &RungSetting| space.sample_count(setting);
-        let largest = trials.max_by_key(|trial| count(&trial.job.setting))?;
-        let factor = f64::from(count(setting)) / f64::from(count(&largest.job.setting));
-        Some(noisy(largest, factor, 2.0))
+            let samples = f64::from(space.sample_count(&trial.job.setting));
+            (is_of && space.is_fixed(&trial.job.setting) == is_fixed)
+                .then_some([trial.seconds / layers, samples])
+        });
+        let sum = of_whole.reduce(|sum, of| [sum[0] + of[0], sum[1] + of[1]]);
+        sum.map(|[seconds, samples]| seconds / samples)
     }
 
     /// Returns the mean ratio of a setting's times on tiles to the mean of the baseline's before and

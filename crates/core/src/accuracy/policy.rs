@@ -49,9 +49,10 @@ pub(super) fn next_job(study: &Study<'_>) -> Option<Job> {
 }
 
 /// Returns all jobs in the order of the policy: small whole pictures, whose claims tell the error of
-/// noise; the exact setting and the baseline on tiles; the whole picture of the setting in use, and
-/// of fewer samples; those of few samples with another seed; each rung once; other whole pictures; then further rounds of the rungs whose
-/// error or time may still decide the recommendation.
+/// noise; the exact setting and the baseline on tiles; the whole picture of the setting in use, of fewer
+/// samples, and, if it is denoised, of the next number of samples; those of few samples with another seed;
+/// each rung once; other whole pictures; then further rounds of the rungs whose error or time may still
+/// decide the recommendation.
 pub(super) fn jobs(study: &Study<'_>) -> Vec<Job> {
     let space = &study.space;
     let (samples, own) = (space.sample_settings(), RungSetting::default());
@@ -59,7 +60,7 @@ pub(super) fn jobs(study: &Study<'_>) -> Vec<Job> {
     let (small, large): (Vec<_>, Vec<_>) = samples
         .iter()
         .partition(|setting| (REPLICATES..=TILE_SAMPLES).contains(&count(setting)));
-    let (fewer, others): (Vec<_>, Vec<_>) = large.into_iter().rev().partition(|setting| {
+    let (fewer, mut others): (Vec<_>, Vec<_>) = large.into_iter().rev().partition(|setting| {
         **setting == own || (TILE_SAMPLES..=count(&own)).contains(&count(setting))
     });
     let mut jobs: Vec<Job> = small.into_iter().map(Job::whole).collect();
@@ -70,6 +71,10 @@ pub(super) fn jobs(study: &Study<'_>) -> Vec<Job> {
     let first = first.chain(samples.iter().filter(is_fixed)).chain(&general);
     jobs.extend(first.map(|setting| Job::tiles(setting, 0)));
     jobs.extend(fewer.into_iter().map(Job::whole));
+    // No other picture tells the error of a denoised one.
+    let is_next = |of: &&RungSetting| count(of) > count(&own) && space.is_denoised(of);
+    let next = others.iter().rposition(is_next);
+    jobs.extend(next.map(|at| Job::whole(others.remove(at))));
     let uncertain = samples.iter().filter(|setting| {
         !space.is_fixed(setting) && (TILE_SAMPLES..CERTAIN_SAMPLES).contains(&count(setting))
     });

@@ -1,7 +1,7 @@
 //! The table of trials. A trial is one render of a setting on a region of the picture, reduced to
 //! its time, rays and sums of errors. Every figure of the report is a function of the trials.
 
-use super::estimate::{ConfidenceInterval, NORMAL, variance_of_sum};
+use super::estimate::{ConfidenceInterval, NORMAL, RESOLUTION, variance_of_sum};
 use super::renderer::TimedFilm;
 use super::setting::RungSetting;
 use crate::film::{Film, Uncertainty};
@@ -202,6 +202,8 @@ pub(super) fn mean_bias(tiles: &[&TileSums], share: f64) -> ConfidenceInterval {
     let residuals = tiles.iter().map(|tile| tile.bias - value * tile.pixels);
     let chosen = (1.0 - share) * variance_of_sum(&residuals.collect::<Vec<_>>());
     let error = (sum(&|tile| tile.bias_variance) + chosen).sqrt() / pixels;
+    // The reference's own noise is in what errors are relative to.
+    let error = libm::hypot(error, 2.0 * RESOLUTION * value);
     let half = NORMAL * error;
     ConfidenceInterval {
         value: value.max(0.0),
@@ -263,7 +265,8 @@ mod tests {
             (bias.value / (0.0025 / 0.26) - 1.0).abs() < 1e-3,
             "{bias:?}"
         );
-        assert!(bias.high < 1.01 * bias.low);
+        // Twice the resolution of an error on both sides.
+        assert!(bias.high < 1.28 * bias.low);
         let rough = mean_bias(&[&apart], 1.0);
         assert!(
             rough.low < bias.value && bias.value < rough.high,

@@ -34,7 +34,10 @@ pub fn format_recommendation(report: &AccuracyReport) -> String {
             true => format!("has the error {} for", format_error(row)),
             false => "takes".to_owned(),
         };
-        let time = format_uncertain(&row.ratio, |value| format_significant_digits(value, 2));
+        let time = match row.ratio.is_known() {
+            true => format_uncertain(&row.ratio, |value| format_significant_digits(value, 2)),
+            false => format!("about {}", format_significant_digits(row.ratio.value, 2)),
+        };
         format!("`{}` {error} {time} x the time", row.name())
     };
     let advice = |advice: &Option<Recommendation>, what: &str, none: &str| match advice {
