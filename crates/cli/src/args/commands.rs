@@ -5,17 +5,16 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Arg, ArgAction, Args, ValueEnum};
+use clap::{Arg, ArgAction, Args};
 use raywright_core::bench::GeneratedPrimitive;
 use raywright_core::bvh::BuildQuality;
 use raywright_core::fault::Severity;
 use raywright_core::ladder::{Ladder, build_quality_of_rung};
 use raywright_core::scene::{Integrator, ToneMap, TransferCurve};
+use raywright_core::settings::PrecisionChoice;
 use raywright_core::stability::RayCount;
 
-use super::{
-    ChoiceArgs, DisplayArgs, LimitArgs, Precision, RenderArgs, SceneArgs, hide_flags, values,
-};
+use super::{ChoiceArgs, DisplayArgs, LimitArgs, RenderArgs, SceneArgs, hide_flags, values};
 
 /// Hides the flags that change light and materials alone, which no ray of `bench` meets.
 pub fn hide_light_flags(arg: Arg) -> Arg {
@@ -53,14 +52,16 @@ pub struct BenchArgs {
     pub changes: SceneArgs,
 
     /// Primitives of generated scenes
-    #[arg(
-        long,
-        value_name = "KIND",
-        value_enum,
-        default_value_t,
-        conflicts_with = "scene"
-    )]
-    pub shape: GeneratedShapes,
+    #[arg(long, value_name = "KIND", default_value = "both", conflicts_with = "scene", value_parser = values::named(&[
+        ("spheres", "Spheres only", &[GeneratedPrimitive::Spheres] as &[_]),
+        ("triangles", "Triangles only", &[GeneratedPrimitive::Triangles]),
+        (
+            "both",
+            "A table for spheres and a table for triangles",
+            &[GeneratedPrimitive::Spheres, GeneratedPrimitive::Triangles],
+        ),
+    ]))]
+    pub shape: &'static [GeneratedPrimitive],
 
     /// Primitives in the largest generated scene, at most 10000000
     #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1_000_000, value_parser = values::whole_number::<u32>(1..=10_000_000), conflicts_with = "scene")]
@@ -104,29 +105,6 @@ fn parse_build_quality(text: &str) -> Result<BuildQuality, String> {
             .join(", ")
     };
     build_quality_of_rung(text).ok_or_else(|| format!("expected one of {}", names()))
-}
-
-/// Primitives of generated scenes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum GeneratedShapes {
-    /// Spheres only
-    Spheres,
-    /// Triangles only
-    Triangles,
-    /// A table for spheres and a table for triangles
-    #[default]
-    Both,
-}
-
-impl GeneratedShapes {
-    /// Returns the kinds of generated primitives to measure: spheres, triangles, or both.
-    pub fn generated_kinds(self) -> Vec<GeneratedPrimitive> {
-        match self {
-            Self::Spheres => vec![GeneratedPrimitive::Spheres],
-            Self::Triangles => vec![GeneratedPrimitive::Triangles],
-            Self::Both => GeneratedPrimitive::ALL.map(|(_, kind)| kind).to_vec(),
-        }
-    }
 }
 
 /// Arguments of `compare`.
@@ -303,8 +281,11 @@ pub struct StabilityArgs {
     pub cases: Vec<String>,
 
     /// Share of each case's rays to trace
-    #[arg(long, value_name = "SHARE", value_enum, default_value_t)]
-    pub rays: RayShareChoice,
+    #[arg(long, value_name = "SHARE", default_value = "quarter", value_parser = values::named(&[
+        ("quarter", "A quarter of the rays; all rays of small cases", RayCount::Quarter),
+        ("all", "All rays, which takes minutes", RayCount::All),
+    ]))]
+    pub rays: RayCount,
 
     /// Exit with code 1 also for results that are known to exceed their bound
     #[arg(long)]
@@ -318,25 +299,6 @@ pub struct StabilityArgs {
     /// and table), .svg (plot of the margins), .md (table) or .json
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-}
-
-/// Share of each case's rays to trace.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum RayShareChoice {
-    /// A quarter of the rays; all rays of small cases
-    #[default]
-    Quarter,
-    /// All rays, which takes minutes
-    All,
-}
-
-impl From<RayShareChoice> for RayCount {
-    fn from(choice: RayShareChoice) -> Self {
-        match choice {
-            RayShareChoice::Quarter => Self::Quarter,
-            RayShareChoice::All => Self::All,
-        }
-    }
 }
 
 /// Arguments of `thumbs`.
@@ -519,8 +481,8 @@ pub struct StressArgs {
     pub integrator: Option<Integrator>,
 
     /// Arithmetic of rays and surfaces [default: robust]
-    #[arg(long, value_name = "NAME", value_enum)]
-    pub precision: Option<Precision>,
+    #[arg(long, value_name = "NAME", value_parser = values::named(values::PRECISIONS))]
+    pub precision: Option<PrecisionChoice>,
 
     /// Seed of the rays: the same seed gives the same rays [default: the scene's; for models 0]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::parse_seed)]
@@ -536,8 +498,16 @@ pub struct StressArgs {
     pub limits: LimitArgs,
 
     /// Mildest kind of finding for which the exit code is 1
-    #[arg(long, value_name = "KIND", value_enum, default_value_t)]
-    pub deny: DeniedSeverity,
+    #[arg(long, value_name = "KIND", default_value = "picture-wrong", value_parser = values::named(&[
+        ("picture-wrong", "Findings that make the picture wrong", Severity::PictureWrong),
+        (
+            "slow-or-noisy",
+            "Also findings that make the picture slow or noisy",
+            Severity::SlowOrNoisy,
+        ),
+        ("harmless", "All findings", Severity::Harmless),
+    ]))]
+    pub deny: Severity,
 
     /// Print JSON instead of text
     #[arg(long)]
@@ -546,26 +516,4 @@ pub struct StressArgs {
     /// Write a quick picture with the findings marked, as PNG
     #[arg(short, long, value_name = "FILE.png")]
     pub output: Option<PathBuf>,
-}
-
-/// Mildest severity that `--deny` turns into exit code 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum DeniedSeverity {
-    /// Findings that make the picture wrong
-    #[default]
-    PictureWrong,
-    /// Also findings that make the picture slow or noisy
-    SlowOrNoisy,
-    /// All findings
-    Harmless,
-}
-
-impl From<DeniedSeverity> for Severity {
-    fn from(denied: DeniedSeverity) -> Self {
-        match denied {
-            DeniedSeverity::PictureWrong => Self::PictureWrong,
-            DeniedSeverity::SlowOrNoisy => Self::SlowOrNoisy,
-            DeniedSeverity::Harmless => Self::Harmless,
-        }
-    }
 }

@@ -6,12 +6,12 @@ mod scene;
 pub mod values;
 
 pub use commands::{
-    AccuracyArgs, BenchArgs, CompareArgs, DeniedSeverity, DenoiseArgs, MergeArgs, StabilityArgs,
-    StressArgs, ThresholdArgs, ThumbsArgs, ViewerArgs,
+    AccuracyArgs, BenchArgs, CompareArgs, DenoiseArgs, MergeArgs, StabilityArgs, StressArgs,
+    ThresholdArgs, ThumbsArgs, ViewerArgs,
 };
 pub use render::{
-    Accelerator, DisplayArgs, FilmArgs, LightArgs, LimitArgs, Precision, ProgressStyle, RenderArgs,
-    ReportArgs, ViewArgs,
+    DisplayArgs, FilmRequest, LightArgs, LimitArgs, ProgressStyle, RenderArgs, ReportRequest,
+    ViewArgs,
 };
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 pub use values::{

@@ -98,11 +98,11 @@ pub struct RenderArgs {
 
     /// Time limit, checkpoints, and shares of a picture.
     #[command(flatten)]
-    pub film: FilmArgs,
+    pub film: FilmRequest,
 
     /// Reports, previews and progress.
     #[command(flatten)]
-    pub report: ReportArgs,
+    pub report: ReportRequest,
 }
 
 /// View of the picture: size, camera, crop and background.
@@ -260,26 +260,8 @@ pub struct LightArgs {
     pub seed: Option<u64>,
 
     /// Arithmetic of rays and surfaces [default: robust]
-    #[arg(long, value_name = "NAME", value_enum)]
-    pub precision: Option<Precision>,
-}
-
-/// Precision of rays and surfaces: a rung (quality level) of the ladder `precision`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Precision {
-    /// Single precision in memory, double precision where hits are decided
-    Robust,
-    /// Double precision throughout
-    Reference,
-}
-
-impl From<Precision> for PrecisionChoice {
-    fn from(precision: Precision) -> Self {
-        match precision {
-            Precision::Robust => Self::Robust,
-            Precision::Reference => Self::Reference,
-        }
-    }
+    #[arg(long, value_name = "NAME", value_parser = values::named(values::PRECISIONS))]
+    pub precision: Option<PrecisionChoice>,
 }
 
 /// Conversion of radiance to the colours of a PNG. EXR files stay linear.
@@ -328,14 +310,17 @@ pub struct MachineArgs {
     pub limits: LimitArgs,
 
     /// Acceleration structure; the picture does not depend on the structure [default: bvh]
-    #[arg(long, value_name = "NAME", value_enum)]
-    pub accel: Option<Accelerator>,
+    #[arg(long, value_name = "NAME", value_parser = values::named(&[
+        ("bvh", "Bounding volume hierarchy", AcceleratorKind::Tree(BuildQuality::Medium)),
+        ("linear", "Linear scan of all objects, for comparison", AcceleratorKind::Linear),
+    ]))]
+    pub accel: Option<AcceleratorKind>,
 }
 
 /// Time limit of a render, checkpoints, and shares of a picture.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Long renders")]
-pub struct FilmArgs {
+pub struct FilmRequest {
     /// Render as many samples as the time allows, counted from the program's start, such as 10s or
     /// 5min: at least one pass over the picture, at most --spp. Exit code 5 if the time is over
     /// before the render can begin [default: no limit; with it, up to 65536 samples]
@@ -363,28 +348,22 @@ pub struct FilmArgs {
     pub part: Option<PictureShare>,
 }
 
-/// Acceleration structure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Accelerator {
-    /// Bounding volume hierarchy
-    Bvh,
-    /// Linear scan of all objects, for comparison
-    Linear,
-}
-
-impl From<Accelerator> for AcceleratorKind {
-    fn from(accelerator: Accelerator) -> Self {
-        match accelerator {
-            Accelerator::Bvh => Self::Tree(BuildQuality::default()),
-            Accelerator::Linear => Self::Linear,
-        }
+impl FilmRequest {
+    /// Lists the flags of film files, and whether each is given.
+    pub fn flags(&self) -> [(&'static str, bool); 4] {
+        [
+            ("--checkpoint", self.checkpoint.is_some()),
+            ("--resume", self.resume.is_some()),
+            ("--replay", self.replay.is_some()),
+            ("--part", self.part.is_some()),
+        ]
     }
 }
 
 /// Reports besides the picture.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Report")]
-pub struct ReportArgs {
+pub struct ReportRequest {
     /// Write times, ray counts, effects and memory to this JSON file
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,

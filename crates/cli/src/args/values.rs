@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
-use clap::builder::{OsStringValueParser, PossibleValuesParser, TypedValueParser};
+use clap::builder::{OsStringValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use raywright_core::Settings;
 use raywright_core::display::curve::{encode_transfer, quantise_8_bit};
 use raywright_core::effects::{Effect, SWITCHABLE_EFFECTS};
 use raywright_core::fault::FaultKind;
 use raywright_core::framing::ViewAngles;
 use raywright_core::scene::{Studio, TransferCurve};
-use raywright_core::settings::{Aov, Crop};
+use raywright_core::settings::{Aov, Crop, PrecisionChoice};
 use raywright_core::sky_picture::SkyPicture;
 use raywright_core::suggest::most_similar_word;
 use raywright_io::{EnvironmentSource, UpAxis, parse_colour};
@@ -111,6 +111,36 @@ pub fn one_of<T: Copy + Send + Sync + 'static>(
         expect(found.map(|(_, value)| *value), &join_alternatives(&names))
     }
 }
+
+/// Names of values, each with its description in the help.
+pub type NamedValues<T> = &'static [(&'static str, &'static str, T)];
+
+/// Returns a clap parser of named values.
+pub fn named<T: Copy + Send + Sync + 'static>(
+    values: NamedValues<T>,
+) -> impl TypedValueParser<Value = T> {
+    let names = values
+        .iter()
+        .map(|(name, help, _)| PossibleValue::new(*name).help(*help));
+    PossibleValuesParser::new(names).try_map(|name| {
+        let found = values.iter().find(|value| value.0 == name);
+        found.map(|value| value.2).ok_or(name)
+    })
+}
+
+/// Precisions of rays and surfaces: the rungs (quality levels) of the ladder `precision`.
+pub const PRECISIONS: NamedValues<PrecisionChoice> = &[
+    (
+        "robust",
+        "Single precision in memory, double precision where hits are decided",
+        PrecisionChoice::Robust,
+    ),
+    (
+        "reference",
+        "Double precision throughout",
+        PrecisionChoice::Reference,
+    ),
+];
 
 /// Joins names as alternatives: `a, b or c`.
 pub fn join_alternatives(names: &[String]) -> String {

@@ -74,7 +74,7 @@ pub fn run(mut session: Session, args: &StressArgs) -> Result<(), Failure> {
         };
         words.format_report(seconds)
     })?;
-    fail_on_denied(&report, args.deny.into(), &loaded.source.name)
+    fail_on_denied(&report, args.deny, &loaded.source.name)
 }
 
 /// Returns an error if a finding has the denied severity or a worse one.
@@ -96,7 +96,7 @@ fn fail_on_denied(report: &StressSummary, denied: Severity, name: &str) -> Resul
 fn resolve_settings(args: &StressArgs, loaded: &mut LoadedScene) -> Result<Settings, Failure> {
     let mut settings = Settings::from_scene(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
-    settings.precision = args.precision.map_or(settings.precision, Into::into);
+    settings.precision = args.precision.unwrap_or(settings.precision);
     settings.seed = args.seed.unwrap_or(settings.seed);
     settings.max_memory = Some(plan::build_limits(args.limits.max_memory).memory_bytes);
     RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;

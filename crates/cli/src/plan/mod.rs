@@ -2,14 +2,13 @@
 //! task and no arguments. Errors that depend on the scene, such as an unknown camera or a crop
 //! outside the picture, are found here too, before anything is rendered.
 
-mod display;
 mod settings;
 mod view;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
-use std::time::Duration;
 
+use raywright_core::bvh::AcceleratorKind;
 use raywright_core::display::OutputFormat;
 use raywright_core::framing::ViewAngles;
 use raywright_core::ladder::RungValue;
@@ -22,14 +21,15 @@ use raywright_io::{
 
 use crate::args::values::{BackdropChoice, MaterialChoice, UpDirection};
 use crate::args::{
-    Accelerator, BackgroundChoice, DisplayArgs, ExposureChoice, FrameTimes, LightArgs,
-    PictureShare, ProgressStyle, RenderArgs, SceneArgs, TevAddress, ViewArgs,
+    BackgroundChoice, DisplayArgs, ExposureChoice, FilmRequest, FrameTimes, LightArgs, RenderArgs,
+    ReportRequest, SceneArgs, ViewArgs,
 };
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::scene_input;
-pub use display::{ChosenExposure, apply_display_and_exposure, choose_exposure};
-pub use settings::{PicturePlan, RungChoices};
+pub use settings::{
+    ChosenExposure, PicturePlan, RungChoices, apply_display_and_exposure, choose_exposure,
+};
 pub use view::PictureJob;
 
 /// Work of a `render` run, resolved from its arguments.
@@ -57,8 +57,8 @@ pub struct RenderTask {
     pub files: OutputRequest,
     /// Time limit, film files and share of the picture.
     pub film: FilmRequest,
-    /// Style of the progress display.
-    pub progress: ProgressStyle,
+    /// Reports, previews and progress.
+    pub report: ReportRequest,
     overrides: DisplayOverrides,
 }
 
@@ -75,41 +75,6 @@ pub struct OutputRequest {
     pub quality: Option<u8>,
     /// Whether the files record their origin.
     pub has_metadata: bool,
-    /// File of `--stats`, with times and counts.
-    pub stats: Option<PathBuf>,
-    /// PNG file of `--preview`, updated during the render.
-    pub preview: Option<PathBuf>,
-    /// Address of the image viewer tev, from `--display`.
-    pub tev: Option<TevAddress>,
-    /// Whether the hashes of pictures are printed.
-    pub hash: bool,
-}
-
-/// Time limit, film files and share of the picture of a `render` run.
-#[derive(Debug)]
-pub struct FilmRequest {
-    /// Time limit for the whole run, counted from the program's start.
-    pub budget: Option<Duration>,
-    /// Film file of `--checkpoint`, which keeps the samples so far.
-    pub checkpoint: Option<PathBuf>,
-    /// Film file of `--resume`, whose render is continued.
-    pub resume: Option<PathBuf>,
-    /// Film file of `--replay`, whose sample count in each tile is rendered again.
-    pub replay: Option<PathBuf>,
-    /// Share of the picture to render, from `--part`; `None`: the whole picture.
-    pub part: Option<PictureShare>,
-}
-
-impl FilmRequest {
-    /// Lists the flags of film files, and whether each is given.
-    pub fn flags(&self) -> [(&'static str, bool); 4] {
-        [
-            ("--checkpoint", self.checkpoint.is_some()),
-            ("--resume", self.resume.is_some()),
-            ("--replay", self.replay.is_some()),
-            ("--part", self.part.is_some()),
-        ]
-    }
 }
 
 /// Flags that change settings and display of the scene. A flag that the user did not give changes
@@ -119,7 +84,7 @@ struct DisplayOverrides {
     view: ViewArgs,
     light: LightArgs,
     display: DisplayArgs,
-    accel: Option<Accelerator>,
+    accel: Option<AcceleratorKind>,
 }
 
 impl RenderTask {
@@ -176,19 +141,9 @@ impl RenderTask {
                 frame_rate: view::frame_rate(&view),
                 quality: display.quality,
                 has_metadata: !no_metadata,
-                stats: report.stats,
-                preview: report.preview,
-                tev: report.display,
-                hash: report.hash,
             },
-            film: FilmRequest {
-                budget: film.budget,
-                checkpoint: film.checkpoint,
-                resume: film.resume,
-                replay: film.replay,
-                part: film.part,
-            },
-            progress: report.progress,
+            film,
+            report,
             overrides: DisplayOverrides {
                 view,
                 light,
@@ -243,7 +198,7 @@ impl RenderTask {
         !self.layers.is_empty()
             || self.wants_linear_output()
             || self.files.pictures.iter().any(is_exr)
-            || self.files.tev.is_some()
+            || self.report.display.is_some()
             || films.any(|(_, is_given)| is_given)
     }
 
@@ -267,8 +222,8 @@ impl RenderTask {
         let stdout = |path: &PathBuf| path.as_os_str() == "-";
         let others = [
             ("--budget", self.film.budget.is_some()),
-            ("--stats", self.files.stats.is_some()),
-            ("--preview", self.files.preview.is_some()),
+            ("--stats", self.report.stats.is_some()),
+            ("--preview", self.report.preview.is_some()),
             ("-o -", self.files.pictures.iter().any(stdout)),
         ];
         let mut flags = self.film.flags().into_iter().chain(others);

@@ -112,7 +112,7 @@ impl<'a> FilmRender<'a> {
         let (start, verbosity) = (session.start_time(), session.verbosity);
         let deadline = self.task.film.budget.map(|budget| start + budget);
         let prints_progress =
-            self.task.progress == ProgressStyle::Json && verbosity > Verbosity::Quiet;
+            self.task.report.progress == ProgressStyle::Json && verbosity > Verbosity::Quiet;
         let (mut checkpoint_interval, mut last_checkpoint, mut last_progress) =
             (CHECKPOINT_INTERVAL, Instant::now(), Instant::now());
         let mut error = ErrorTracker::default();

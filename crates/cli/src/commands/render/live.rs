@@ -47,8 +47,8 @@ impl LivePreviews {
                 .map_err(|cause| refused(cause, &address.host, address.port))
         };
         let (preview, tev) = (
-            task.files.preview.clone(),
-            task.files.tev.as_ref().map(connect).transpose()?,
+            task.report.preview.clone(),
+            task.report.display.as_ref().map(connect).transpose()?,
         );
         Ok(Self {
             preview,

@@ -96,7 +96,7 @@ fn print_pixel_hash(
     files: &[String],
     name: &str,
 ) -> Result<(), Failure> {
-    if !task.files.hash {
+    if !task.report.hash {
         return Ok(());
     }
     let shown = match display.linear_background() {
@@ -151,7 +151,7 @@ fn check_targets(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Fail
     let has_layers = targets.iter().any(OutputTarget::has_layers);
     let all = |holds: fn(&OutputTarget) -> bool| targets.iter().all(holds);
     Failure::refuse_if(
-        is_stdout && task.files.hash,
+        is_stdout && task.report.hash,
         "-o - and --hash both write to standard output",
         "name a file with -o",
     )?;

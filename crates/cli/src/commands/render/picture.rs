@@ -158,10 +158,10 @@ pub fn refuse_file_flags(task: &RenderTask) -> Result<(), Failure> {
     let others = [
         ("--output", !task.files.pictures.is_empty()),
         ("--sheet", task.files.sheet.is_some()),
-        ("--stats", task.files.stats.is_some()),
-        ("--preview", task.files.preview.is_some()),
-        ("--display", task.files.tev.is_some()),
-        ("--hash", task.files.hash),
+        ("--stats", task.report.stats.is_some()),
+        ("--preview", task.report.preview.is_some()),
+        ("--display", task.report.display.is_some()),
+        ("--hash", task.report.hash),
         ("--views, --turntable or --frames", !task.is_single),
     ];
     let mut flags = others.into_iter().chain(task.film.flags());

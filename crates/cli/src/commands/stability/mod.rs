@@ -179,7 +179,7 @@ fn measure_cases(
     let count = cases.len() as f64;
     for (index, case) in cases.into_iter().enumerate() {
         steps.show_step(case.number, index as f64 / count);
-        match measure_case(case.number, args.rays.into()) {
+        match measure_case(case.number, args.rays) {
             Some(outcomes) => report.cases.push(build_case_report(&case, outcomes)),
             None => report.tested_only.push(case.number),
         }

@@ -153,7 +153,10 @@ impl<'a> PictureSeries<'a> {
         };
         let film = film_render.film();
         self.session.run(|| {
-            let (display, watch) = ((self.task.progress, verbosity), self.session.observer());
+            let (display, watch) = (
+                (self.task.report.progress, verbosity),
+                self.session.observer(),
+            );
             let rendered = films::denoise_with_progress(film, display, watch);
             let noisy = rendered.error_before_denoising(film);
             (rendered, noisy)
@@ -200,7 +203,7 @@ impl<'a> PictureSeries<'a> {
         let lost = frame.rendered.counters.faults();
         let lost = messages::note_faults(lost, &loaded.scene, &mut self.session.notes);
         loaded.warnings.extend(lost);
-        if let Some(path) = &self.task.files.stats {
+        if let Some(path) = &self.task.report.stats {
             let measured = (&frame.rendered, frame.noisy);
             let stats = render_stats((loaded, ready), measured, frame.seconds);
             write_atomically(path, console::format_json(&stats).as_bytes())?;

@@ -87,8 +87,8 @@ impl<'a> PictureSeries<'a> {
             .iter()
             .map(|name| scene_input::resolve_input(name, &task.options.limits))
             .collect::<Result<Vec<_>, _>>()?;
-        let progress =
-            Progress::start("rendering", task.progress, session.verbosity).with_work_pieces(count);
+        let progress = Progress::start("rendering", task.report.progress, session.verbosity)
+            .with_work_pieces(count);
         let mut series = Self {
             task,
             session,
@@ -208,11 +208,11 @@ fn resolve_outputs(
             .iter()
             .try_for_each(|targets| super::check_targets(task, targets))?;
     }
-    if let Some(path) = &task.files.stats {
+    if let Some(path) = &task.report.stats {
         let kind = ("json", "the statistics are a JSON file");
         outputs.add_output_of_type(path, "--stats", kind)?;
     }
-    if let Some(path) = &task.files.preview {
+    if let Some(path) = &task.report.preview {
         outputs.add_output_of_type(path, "--preview", ("png", "the preview is a PNG file"))?;
     }
     film::check_film_flags(task, &targets[0], outputs)?;
@@ -280,7 +280,7 @@ impl PictureSeries<'_> {
     fn load_scene(&mut self, scene: usize, job: &PictureJob) -> Result<LoadedScene, Failure> {
         // In a run of several pictures, the progress display counts pictures and shows no loads.
         let loading = if self.task.is_single {
-            Progress::start("loading", self.task.progress, self.session.verbosity)
+            Progress::start("loading", self.task.report.progress, self.session.verbosity)
         } else {
             Progress::hidden()
         };
