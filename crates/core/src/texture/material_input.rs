@@ -69,17 +69,24 @@ impl<R: Real> TextureBinding<R> {
     #[inline(always)]
     fn texel_footprint(&self, context: &ShadingContext<'_, R>) -> Option<TexelFootprint<R>> {
         let first = self.footprint_source?;
+        if let Some((found, place)) = context.interaction.texel_footprint
+            && found == first
+        {
+            return Some(place);
+        }
         Some(match context.footprint.get() {
             Some((found, place)) if found == first => place,
-            _ => {
-                let place = self.footprint_in_image(
-                    &context.texture_tables.images[self.image as usize],
-                    context.interaction,
-                );
-                context.footprint.set(Some((first, place)));
-                place
-            }
+            _ => self.compute_footprint(first, context),
         })
+    }
+
+    /// Computes the texel footprint, and keeps it in the context for the uses from `first` on.
+    #[inline(never)]
+    fn compute_footprint(&self, first: u32, context: &ShadingContext<'_, R>) -> TexelFootprint<R> {
+        let image = &context.texture_tables.images[self.image as usize];
+        let place = self.footprint_in_image(image, context.interaction);
+        context.footprint.set(Some((first, place)));
+        place
     }
 
     /// Computes the texel footprint in an image from the interaction's texture coordinates.
@@ -155,7 +162,7 @@ impl<R: Real> InputTables<R> {
             interaction,
             light_inputs: LightVariableValues::default(),
             last_texel: Cell::new(None),
-            footprint: Cell::new(interaction.texel_footprint),
+            footprint: Cell::new(None),
         }
     }
 
@@ -203,23 +210,23 @@ impl<R: Real> InputTables<R> {
     /// Prefetches as [`Self::prefetch_texels`] does, for the texture uses of the hit material.
     #[inline(never)]
     fn prefetch_textures(&self, textures: &[TextureBinding<R>], interaction: &mut Interaction<R>) {
-        let mut requested = None;
+        let (mut last_image, mut kept) = (u32::MAX, None);
         for texture in textures {
             let Some(first) = texture.footprint_source else {
                 continue;
             };
             let image = &self.images[texture.image as usize];
-            let place = match interaction.texel_footprint {
+            let place = match kept {
+                // Two channels of an image are two texture uses, which need a single prefetch.
+                Some((found, _)) if found == first && texture.image == last_image => continue,
                 Some((found, place)) if found == first => place,
                 _ => texture.footprint_in_image(image, interaction),
             };
-            interaction.texel_footprint = Some((first, place));
-            // Two channels of an image are two texture uses, which need a single prefetch.
-            if requested != Some((first, texture.image)) {
-                requested = Some((first, texture.image));
-                place.prefetch(image);
-            }
+            kept = Some((first, place));
+            place.prefetch(image);
+            last_image = texture.image;
         }
+        interaction.texel_footprint = kept;
     }
 }
 
@@ -232,8 +239,8 @@ pub(crate) struct ShadingContext<'a, R: Real> {
     /// Index and texel of the texture use that was evaluated last, because several inputs may read
     /// channels of the same texel.
     last_texel: Cell<Option<(u32, [R; 4])>>,
-    /// The last computed footprint, with the index of its first texture use: see
-    /// [`TextureBinding::footprint_source`].
+    /// The last footprint computed besides that of the interaction, with the index of its first
+    /// texture use: see [`TextureBinding::footprint_source`].
     footprint: Cell<Option<(u32, TexelFootprint<R>)>>,
 }
 

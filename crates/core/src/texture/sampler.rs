@@ -171,21 +171,34 @@ impl<R: Real> TextureSampler<R> {
     /// Returns the texel footprint at transformed texture coordinates.
     #[inline(always)]
     fn footprint_at_uv(&self, image: &ImageData, [u, v]: [R; 2]) -> TexelFootprint<R> {
-        let x = texel_coordinate(u.to_f64(), image.width, self.wrap[0]);
-        let y = texel_coordinate(v.to_f64(), image.height, self.wrap[1]);
-        let (x, y) = if self.filter == TextureFilter::Nearest {
-            (x, y)
-        } else {
-            (x - 0.5, y - 0.5)
-        };
-        let (x0, y0) = (Real::floor(x), Real::floor(y));
-        let column = |x: f64| wrap_texel_index(x, image.width, self.wrap[0]);
-        let row = |y: f64| wrap_texel_index(y, image.height, self.wrap[1]) * image.width as usize;
-        let (left, right, top, bottom) = (column(x0), column(x0 + 1.0), row(y0), row(y0 + 1.0));
+        let (columns, x) = self.texels_around(u.to_f64(), image.width, self.wrap[0]);
+        let (rows, y) = self.texels_around(v.to_f64(), image.height, self.wrap[1]);
         TexelFootprint {
-            corners: [top + left, top + right, bottom + left, bottom + right],
-            weights: [R::from_f64(x - x0), R::from_f64(y - y0)],
+            columns,
+            rows,
+            weights: [R::from_f64(x), R::from_f64(y)],
         }
+    }
+
+    /// Returns the two texels around a transformed texture coordinate along one axis, and the weight
+    /// of the second.
+    #[inline(always)]
+    fn texels_around(&self, u: f64, size: u32, wrap: WrapMode) -> ([u32; 2], f64) {
+        let x = texel_coordinate(u, size, wrap);
+        let x = if self.filter == TextureFilter::Nearest {
+            x
+        } else {
+            x - 0.5
+        };
+        // The position has few digits, so that an integer holds its floor.
+        let whole = x as i64;
+        let first = whole - i64::from(whole as f64 > x);
+        let texels = if first >= 0 && first + 1 < i64::from(size) {
+            [first as u32, first as u32 + 1]
+        } else {
+            [first, first + 1].map(|texel| wrap_texel_index(texel, size, wrap))
+        };
+        (texels, x - first as f64)
     }
 
     /// Loads and interpolates the texels of a footprint. All four texels are loaded before the
@@ -197,19 +210,31 @@ impl<R: Real> TextureSampler<R> {
         codes: &TexelDecoder<R>,
         place: &TexelFootprint<R>,
     ) -> [R; 4] {
+        let corners = place.corners(image);
         if self.filter == TextureFilter::Nearest {
-            return decode_texel(image, codes, self.srgb, place.corners[0]);
+            return decode_texel(image, codes, self.srgb, corners[0]);
         }
-        let [upper_left, upper_right, lower_left, lower_right] = match &image.pixels {
-            PixelData::Linear(pixels) => place
-                .corners
-                .map(|position| pixels[position].map(R::from_f32)),
-            PixelData::Codes(pixels) => place
-                .corners
-                .map(|position| pixels[position])
-                .map(|code| codes.decode(code, self.srgb)),
-        };
         let [fx, fy] = place.weights;
+        let corners = match &image.pixels {
+            PixelData::Linear(pixels) => corners.map(|position| pixels[position].map(R::from_f32)),
+            PixelData::Codes(pixels) => {
+                let found = corners.map(|position| pixels[position]);
+                // Most of a map of emission is black.
+                if found == [[0, 0, 0, u8::MAX]; 4] {
+                    return [R::ZERO, R::ZERO, R::ZERO, R::ONE];
+                }
+                let [a, b, c, d] = found;
+                if a[3] & b[3] & c[3] & d[3] == u8::MAX {
+                    let texel = |code| codes.decode_opaque(code, self.srgb);
+                    let upper = lerp_channels(texel(a), texel(b), fx);
+                    let [r, g, b, _] =
+                        lerp_channels(upper, lerp_channels(texel(c), texel(d), fx), fy);
+                    return [r, g, b, R::ONE];
+                }
+                found.map(|code| codes.decode(code, self.srgb))
+            }
+        };
+        let [upper_left, upper_right, lower_left, lower_right] = corners;
         lerp_texels(
             lerp_texels(upper_left, upper_right, fx),
             lerp_texels(lower_left, lower_right, fx),
@@ -221,18 +246,28 @@ impl<R: Real> TextureSampler<R> {
 /// The four texels around a point of an image, and the weights of their bilinear interpolation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TexelFootprint<R> {
-    /// Indices of the upper left, upper right, lower left and lower right texel.
-    corners: [usize; 4],
+    /// Left and right column.
+    columns: [u32; 2],
+    /// Upper and lower row.
+    rows: [u32; 2],
     /// Weights in [0, 1): of the right texels against the left, and of the lower texels against the
     /// upper.
     weights: [R; 2],
 }
 
-impl<R> TexelFootprint<R> {
+impl<R: Real> TexelFootprint<R> {
+    /// Returns the indices of the upper left, upper right, lower left and lower right texel.
+    #[inline(always)]
+    fn corners(&self, image: &ImageData) -> [usize; 4] {
+        let [left, right] = self.columns.map(|column| column as usize);
+        let [top, bottom] = self.rows.map(|row| row as usize * image.width as usize);
+        [top + left, top + right, bottom + left, bottom + right]
+    }
+
     /// Prefetches the two left texels. The right texels mostly lie in the same cache lines.
     #[inline(always)]
     pub fn prefetch(&self, image: &ImageData) {
-        let [upper, _, lower, _] = self.corners;
+        let [upper, _, lower, _] = self.corners(image);
         match &image.pixels {
             PixelData::Linear(pixels) => [upper, lower].map(|corner| prefetch(pixels, corner)),
             PixelData::Codes(pixels) => [upper, lower].map(|corner| prefetch(pixels, corner)),
@@ -262,15 +297,17 @@ impl<R: Real> TexelDecoder<R> {
 
     /// Converts a pixel's codes to linear values. Alpha is always a linear code.
     #[inline(always)]
-    fn decode(&self, [r, g, b, a]: [u8; 4], srgb: bool) -> [R; 4] {
+    fn decode(&self, code: [u8; 4], srgb: bool) -> [R; 4] {
+        let [r, g, b, _] = self.decode_opaque(code, srgb);
+        [r, g, b, self.linear[usize::from(code[3])]]
+    }
+
+    /// Converts as [`Self::decode`] does a pixel whose alpha is one.
+    #[inline(always)]
+    fn decode_opaque(&self, [r, g, b, _]: [u8; 4], srgb: bool) -> [R; 4] {
         let colours = if srgb { &self.srgb } else { &self.linear };
-        let at = |table: &[R; 256], code: u8| table[usize::from(code)];
-        [
-            at(colours, r),
-            at(colours, g),
-            at(colours, b),
-            at(&self.linear, a),
-        ]
+        let colour = |code: u8| colours[usize::from(code)];
+        [colour(r), colour(g), colour(b), R::ONE]
     }
 }
 
@@ -297,12 +334,22 @@ pub(super) fn decode_texel<R: Real>(
 
 /// Interpolates between two texels. `weight` is the weight of the second texel, from 0 to 1.
 #[inline(always)]
-fn lerp_texels<R: Real>([ar, ag, ab, aa]: [R; 4], [br, bg, bb, ba]: [R; 4], weight: R) -> [R; 4] {
-    let one = |a: R, b: R| a * (R::ONE - weight) + b * weight;
+fn lerp_texels<R: Real>(a: [R; 4], b: [R; 4], weight: R) -> [R; 4] {
+    let [red, green, blue, alpha] = lerp_channels(a, b, weight);
     // Rounding must not move alpha beyond the range of the two texels, because an alpha mask
     // compares alpha with a cutoff.
-    let alpha = Real::clamp(one(aa, ba), Real::min(aa, ba), Real::max(aa, ba));
-    [one(ar, br), one(ag, bg), one(ab, bb), alpha]
+    let alpha = Real::clamp(alpha, Real::min(a[3], b[3]), Real::max(a[3], b[3]));
+    [red, green, blue, alpha]
+}
+
+/// Interpolates as [`lerp_texels`] does, each channel by itself.
+#[inline(always)]
+fn lerp_channels<R: Real>(a: [R; 4], b: [R; 4], weight: R) -> [R; 4] {
+    let (mut out, rest) = (a, R::ONE - weight);
+    for (out, b) in out.iter_mut().zip(b) {
+        *out = *out * rest + b * weight;
+    }
+    out
 }
 
 /// Converts a texture coordinate to a position in texels.
@@ -316,6 +363,9 @@ fn texel_coordinate(u: f64, size: u32, wrap: WrapMode) -> f64 {
         return 0.0;
     }
     let size = f64::from(size);
+    if (0.0..1.0).contains(&u) {
+        return u * size;
+    }
     match wrap {
         WrapMode::Repeat => fractional_part(u) * size,
         WrapMode::MirroredRepeat => fractional_part(u * 0.5) * 2.0 * size,
@@ -332,8 +382,8 @@ fn fractional_part(u: f64) -> f64 {
 /// Returns the index in 0..size of a texel under the wrap mode. The index is valid for every
 /// rounding of the position.
 #[inline(always)]
-fn wrap_texel_index(texel: f64, size: u32, wrap: WrapMode) -> usize {
-    let (i, n) = (texel as i64, i64::from(size));
+fn wrap_texel_index(i: i64, size: u32, wrap: WrapMode) -> u32 {
+    let n = i64::from(size);
     // Whole repetitions of the image are already removed from the coordinate, so at most a single
     // repetition remains and no division is needed.
     let turned = |i: i64, n: i64| {
@@ -353,7 +403,7 @@ fn wrap_texel_index(texel: f64, size: u32, wrap: WrapMode) -> usize {
         }
         WrapMode::Clamp => i.clamp(0, n - 1),
     };
-    i as usize
+    i as u32
 }
 
 /// Returns the linear value of an sRGB code.

@@ -70,7 +70,13 @@ impl<R: Real> PathTracer<'_, R> {
                 let shadow_segment = (from.surface.point, light.direction, distance);
                 return transmitted * self.media_transmittance(path, &media, shadow_segment);
             };
-            let interaction = Interaction::from_hit(self.scene, &segment, &hit);
+            let mut interaction =
+                Interaction::from_hit_without_normal_map(self.scene, &segment, &hit);
+            // Nothing that a common surface emits or lets through depends on its normal map.
+            let material = &self.scene.materials[interaction.material as usize];
+            if !matches!(material, PreparedMaterial::Physical(m) if m.is_common) {
+                interaction.apply_normal_map(self.scene, &segment, &hit);
+            }
             let distance = (interaction.surface.point - from.surface.point).length();
             let shadow_segment = (from.surface.point, light.direction, distance);
             share *= self.media_transmittance(path, &media, shadow_segment);
@@ -86,10 +92,7 @@ impl<R: Real> PathTracer<'_, R> {
                 // All surfaces before the light were passed: this hit is the light itself, or a
                 // surface that hides it.
                 let own = is_own && self.scene.is_emissive_side(&interaction);
-                let (material, context) = (
-                    &self.scene.materials[interaction.material as usize],
-                    self.scene.texture_tables.shading_context(&interaction),
-                );
+                let context = self.scene.texture_tables.shading_context(&interaction);
                 // Emission, times alpha.
                 return if own {
                     share

@@ -4,6 +4,7 @@ use std::sync::LazyLock;
 
 use super::super::mipmap;
 use super::*;
+use crate::hash::splitmix64;
 
 /// Width and height of the test image; neither a power of two nor equal.
 const SIZE: [u32; 2] = [5, 2];
@@ -396,9 +397,57 @@ fn equal_footprints() {
             let found = [&plain, other].map(|use_of| {
                 use_of
                     .texel_footprint(&numbered(), [place, 0.7 - place])
-                    .corners
+                    .corners(&numbered())
             });
             assert!(!equal || found[0] == found[1], "{i} at {place}");
         }
+    }
+}
+
+/// Protects: opaque and black texels, which take fewer steps, are interpolated to the bits of the
+/// same texels as linear numbers; also beside texels that are not opaque.
+#[test]
+fn opaque_texels_are_interpolated_as_all_others() {
+    let decoder = TexelDecoder::<f32>::new();
+    let code = |i: u64| {
+        let bits = splitmix64(i);
+        let [r, g, b, a] = (bits as u32).to_le_bytes();
+        match i / 40 % 4 {
+            0 => [r, g, b, a],
+            1 => [0, 0, 0, 255],
+            _ => [r, g, b, 255],
+        }
+    };
+    let codes: Vec<[u8; 4]> = (0..320).map(code).collect();
+    let image = |pixels| ImageData {
+        width: 20,
+        height: 16,
+        pixels,
+    };
+    for srgb in [false, true] {
+        let linear = codes.iter().map(|&code| decoder.decode(code, srgb));
+        let images = [
+            image(PixelData::Linear(linear.collect())),
+            image(PixelData::Codes(codes.clone())),
+        ];
+        let sampler = TextureSampler::<f32> {
+            srgb,
+            ..sampler(TextureFilter::Bilinear, [WrapMode::Repeat; 2])
+        };
+        let mut black = 0;
+        for i in 0..4000 {
+            let number = |k: u64| (splitmix64(2 * i + k) >> 40) as f32 / (1 << 24) as f32;
+            let found = images.each_ref().map(|image| {
+                let place = sampler.texel_footprint(image, [number(0), number(1)]);
+                sampler.sample_at_footprint(image, &decoder, &place)
+            });
+            assert_eq!(
+                found[0].map(f32::to_bits),
+                found[1].map(f32::to_bits),
+                "{i}"
+            );
+            black += u32::from(found[1] == [0.0, 0.0, 0.0, 1.0]);
+        }
+        assert!((100..2000).contains(&black), "{black}");
     }
 }
