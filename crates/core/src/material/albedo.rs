@@ -127,7 +127,7 @@ pub(super) fn table_position(x: f64, steps: usize) -> (usize, f64) {
 /// Interpolates linearly between two pairs of numbers: `a` at `share` 0, `b` at `share` 1.
 #[inline(always)]
 fn lerp_pair(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
-    [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share]
+    [lerp(a[0], b[0], share), lerp(a[1], b[1], share)]
 }
 
 /// Interpolates the isotropic table at the cosine of the view and the perceptual roughness. Up to
@@ -148,18 +148,45 @@ pub(super) fn look_up_albedo(table: &AlbedoTable, cosine: f64, roughness: f64) -
     lerp_pair(row(j), row(j + 1), v)
 }
 
-/// Interpolates the hemispherical mean of the isotropic albedo at a perceptual roughness.
+/// Greatest number of lanes of a number.
+const MOST_LANES: usize = 16;
+
 #[inline(always)]
-fn look_up_mean_albedo(table: &AlbedoTable, roughness: f64) -> [f64; 2] {
-    if roughness <= LEAST_ROUGHNESS {
-        return [0.0, MEAN_GRAZING];
+fn numbers_of_lanes<N: Number>(number: N) -> [f64; MOST_LANES] {
+    let mut out = [0.0; MOST_LANES];
+    for (lane, out) in out[..N::LANES].iter_mut().enumerate() {
+        *out = number.lane(lane);
     }
-    let (j, v) = table_position(roughness.sqrt(), ALBEDO_STEPS);
-    lerp_pair(
-        table.means[j].map(f64::from),
-        table.means[j + 1].map(f64::from),
-        v,
-    )
+    out
+}
+
+/// Returns the place of a coordinate, at least 0, in steps of the isotropic table.
+#[inline(always)]
+fn table_coordinate(x: f64) -> f64 {
+    (if x < 1.0 { x } else { 1.0 }) * (ALBEDO_STEPS - 1) as f64
+}
+
+/// Returns the places of roughnesses in steps of the isotropic table.
+#[inline(always)]
+fn roughness_coordinates<N: Number>(roughness: N) -> [f64; MOST_LANES] {
+    let mut y = numbers_of_lanes(roughness);
+    for y in &mut y[..N::LANES] {
+        *y = table_coordinate((if *y > 0.0 { *y } else { 0.0 }).sqrt());
+    }
+    y
+}
+
+/// Returns the step below a place of the isotropic table, as an index and as a number.
+#[inline(always)]
+fn lower_step(place: f64) -> (usize, f64) {
+    let step = (place as i32).clamp(0, ALBEDO_STEPS as i32 - 2);
+    (step as usize, step.into())
+}
+
+/// Interpolates linearly: `a` at `share` 0, `b` at `share` 1.
+#[inline(always)]
+fn lerp(a: f64, b: f64, share: f64) -> f64 {
+    a + (b - a) * share
 }
 
 /// Returns the two coordinates in [0, 1] of the table of anisotropic means, for the greater α,
@@ -265,16 +292,68 @@ impl<N: Number> Albedo<N> {
     }
 
     /// Returns the albedo of isotropic microfacets, for the cosine of the view and the perceptual
-    /// roughness.
+    /// roughness: in each lane the bits of [`look_up_albedo`]. Each step treats all lanes.
     #[inline(always)]
     pub fn at_cosine(cosine: N, roughness: N) -> Self {
-        Self::from_lanes(|lane| look_up_albedo(&TABLE, cosine.lane(lane), roughness.lane(lane)))
+        let mut x = numbers_of_lanes(cosine);
+        for x in &mut x[..N::LANES] {
+            *x = table_coordinate((if *x > 0.0 { *x } else { 0.0 }).sqrt().sqrt());
+        }
+        let y = roughness_coordinates(roughness);
+        let mut corners = [[[0.0_f32; MOST_LANES]; 4]; 2];
+        let (mut u, mut v) = ([0.0; MOST_LANES], [0.0; MOST_LANES]);
+        for lane in 0..N::LANES {
+            let ((i, left), (j, below)) = (lower_step(x[lane]), lower_step(y[lane]));
+            (u[lane], v[lane]) = (x[lane] - left, y[lane] - below);
+            let lower = j * ALBEDO_STEPS + i;
+            let upper = lower + ALBEDO_STEPS;
+            let entries = [lower, lower + 1, upper, upper + 1];
+            for k in 0..entries.len() {
+                let [lost, grazing] = TABLE.entries[entries[k]];
+                (corners[0][k][lane], corners[1][k][lane]) = (lost, grazing);
+            }
+        }
+        let mut out = [[0.0; MOST_LANES]; 2];
+        for (out, corners) in out.iter_mut().zip(&corners) {
+            let [a, b, c, d] = corners;
+            for lane in 0..N::LANES {
+                let lower = lerp(a[lane].into(), b[lane].into(), u[lane]);
+                let upper = lerp(c[lane].into(), d[lane].into(), u[lane]);
+                out[lane] = lerp(lower, upper, v[lane]);
+            }
+        }
+        for lane in 0..N::LANES {
+            if roughness.lane(lane) <= LEAST_ROUGHNESS {
+                [out[0][lane], out[1][lane]] = [0.0, schlick_weight(cosine.lane(lane).max(0.0))];
+            }
+        }
+        Self::from_columns(&out)
     }
 
     /// Returns the cosine-weighted hemispherical mean of the albedo of isotropic microfacets.
     #[inline(always)]
     pub fn mean(roughness: N) -> Self {
-        Self::from_lanes(|lane| look_up_mean_albedo(&TABLE, roughness.lane(lane)))
+        let y = roughness_coordinates(roughness);
+        let mut out = [[0.0; MOST_LANES]; 2];
+        for lane in 0..N::LANES {
+            let (j, below) = lower_step(y[lane]);
+            let ([lost, grazing], [next_lost, next_grazing]) = (TABLE.means[j], TABLE.means[j + 1]);
+            let v = y[lane] - below;
+            let is_smooth = roughness.lane(lane) <= LEAST_ROUGHNESS;
+            let lost = lerp(lost.into(), next_lost.into(), v);
+            let grazing = lerp(grazing.into(), next_grazing.into(), v);
+            out[0][lane] = if is_smooth { 0.0 } else { lost };
+            out[1][lane] = if is_smooth { MEAN_GRAZING } else { grazing };
+        }
+        Self::from_columns(&out)
+    }
+
+    #[inline(always)]
+    fn from_columns([lost, grazing]: &[[f64; MOST_LANES]; 2]) -> Self {
+        Self {
+            multiple_scattering_loss: N::from_lanes(|lane| lost[lane]),
+            schlick_part: N::from_lanes(|lane| grazing[lane]),
+        }
     }
 
     /// Returns the albedo for a direction. `others` holds the SIMD mask of lanes with anisotropic

@@ -208,13 +208,12 @@ impl<const N: usize> Number for Lanes<N> {
     }
     #[inline(always)]
     fn sin_cos_turns(self) -> [Self; 2] {
-        let mut out = [self; 2];
-        each_lane!(
-            N,
-            i,
-            [out[0].0[i], out[1].0[i]] = Real::sin_cos_turns(self.0[i])
-        );
-        out
+        // A loop: of so many operations in a row, the compiler joins few.
+        let (mut cos, mut sin) = (self, self);
+        for i in 0..N {
+            [cos.0[i], sin.0[i]] = Real::sin_cos_turns(self.0[i]);
+        }
+        [cos, sin]
     }
     #[inline(always)]
     fn exp(self) -> Self {

@@ -4,13 +4,14 @@
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 use super::super::albedo::{
-    ALBEDO_STEPS, ANISOTROPIC_MEAN_STEPS, ANISOTROPIC_STEPS, AlbedoEntry, AlbedoTable, TABLE, UNIT,
-    look_up_albedo, look_up_anisotropic_albedo,
+    ALBEDO_STEPS, ANISOTROPIC_MEAN_STEPS, ANISOTROPIC_STEPS, Albedo, AlbedoEntry, AlbedoTable,
+    TABLE, UNIT, look_up_albedo, look_up_anisotropic_albedo,
 };
 use super::super::fresnel::schlick_weight;
 use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
 use super::super::lobe_traits::sample_disk;
 use super::numbers;
+use crate::number::{Lanes, Number};
 use glam::DVec3;
 
 /// Points of the unit disk that are summed for a table entry: in radius, and around half of the
@@ -254,5 +255,45 @@ fn albedos_are_those_of_the_microsurface() {
             "α {wide}, {fine}, towards {wo}: {} and {mean} ± {deviation}",
             1.0 - found[0]
         );
+    }
+}
+
+/// Protects: the albedos of several lanes have the bits of single lookups; also of nearly smooth
+/// microfacets, at the ends of the table, and of cosines that are no number or below zero.
+#[test]
+fn albedos_in_lanes_have_the_bits_of_single_lookups() {
+    let roughnesses = [0.0, 0.01, 0.03, 0.031, 0.2, 0.5, 0.999, 1.0, 1.5];
+    let cosines = [
+        f32::NAN,
+        -0.3,
+        -0.0,
+        0.0,
+        1e-9,
+        0.01,
+        0.3,
+        0.77,
+        1.0,
+        1.000_001,
+    ];
+    let pairs: Vec<[f32; 2]> = cosines
+        .iter()
+        .flat_map(|&cosine| roughnesses.map(|roughness| [cosine, roughness]))
+        .collect();
+    for k in 0..pairs.len() {
+        let lane = |lane: usize| pairs[(k + 7 * lane) % pairs.len()];
+        let found = Albedo::at_cosine(
+            Lanes::<8>::from_lanes(|i| lane(i)[0].into()),
+            Lanes::<8>::from_lanes(|i| lane(i)[1].into()),
+        );
+        for i in 0..8 {
+            let [cosine, roughness] = lane(i).map(f64::from);
+            let single = look_up_albedo(&TABLE, cosine, roughness).map(|x| x as f32);
+            let found = [found.multiple_scattering_loss.0[i], found.schlick_part.0[i]];
+            assert_eq!(
+                found.map(f32::to_bits),
+                single.map(f32::to_bits),
+                "{cosine}, {roughness}"
+            );
+        }
     }
 }
