@@ -60,17 +60,22 @@ pub(super) fn sample_short_index(cumulative: &[f32], at: f64) -> (usize, f64, f6
     locate_in_entry(cumulative, count_up_to(cumulative, floor_f32(at)), at)
 }
 
-/// Samples the same entry as [`sample_index`] of a distribution whose every `step`th number, `ends`,
-/// is kept beside it.
-pub(super) fn sample_stepped_index(
-    (ends, cumulative): (&[f32], &[f32]),
-    step: usize,
+/// Returns the part that holds the entry of [`sample_index`], given the last number of each part of
+/// a distribution.
+pub(super) fn find_part(ends: &[f32], at: f64) -> usize {
+    count_up_to(ends, floor_f32(at.min(1.0_f64.next_down())))
+}
+
+/// Samples the same entry as [`sample_index`] of a distribution that is divided into parts of `len`
+/// numbers, given the part of [`find_part`].
+pub(super) fn sample_index_in_part(
+    cumulative: &[f32],
+    (part, len): (usize, usize),
     at: f64,
 ) -> (usize, f64, f64) {
     let at = at.min(1.0_f64.next_down());
-    let bound = floor_f32(at);
-    let start = step * count_up_to(ends, bound);
-    let index = start + count_up_to(&cumulative[start..][..step], bound);
+    let start = part * len;
+    let index = start + count_up_to(&cumulative[start..][..len], floor_f32(at));
     locate_in_entry(cumulative, index, at)
 }
 
@@ -161,7 +166,7 @@ mod tests {
             {
                 let expected = sample_index(&cumulative, at);
                 assert_eq!(sample_short_index(&cumulative, at), expected, "{seed} {at}");
-                let found = sample_stepped_index((&ends, &cumulative), 16, at);
+                let found = sample_index_in_part(&cumulative, (find_part(&ends, at), 16), at);
                 assert_eq!(found, expected, "{seed} {at}");
             }
         }

@@ -14,8 +14,8 @@ use glam::DVec3;
 use raywright_bvh::{Real, SimdTask, prefetch, run_widest};
 
 use super::cdf::{
-    entry_probability, guide_table_len, push_cdf, push_guide_table, push_rounded_cdf, sample_index,
-    sample_index_guided,
+    entry_probability, guide_table_len, push_cdf, push_guide_table, push_rounded_cdf,
+    sample_index_guided, sample_short_index,
 };
 use crate::number::sines_and_cosines;
 
@@ -35,6 +35,8 @@ pub struct SphereGrid {
     width: usize,
     /// Columns and rows of cells in a block; the last block of a row or column may be smaller.
     block: [usize; 2],
+    /// Number of blocks in a row of blocks.
+    blocks_across: usize,
     /// Rotation of the grid about +y, in revolutions.
     turn: f64,
     /// Cumulative distribution of the rows of blocks.
@@ -53,8 +55,8 @@ pub struct SphereGrid {
     edges: Vec<f64>,
     /// Solid angle in steradians of a cell, for each row of cells.
     angles: Vec<f64>,
-    /// Solid angle in steradians of one column of cells within a block, for each row of blocks.
-    block_angles: Vec<f64>,
+    /// Density by solid angle in each uniform block; the probability of any other block.
+    densities: Vec<f64>,
     flux: f64,
 }
 
@@ -71,9 +73,11 @@ impl SphereGrid {
             let half = libm::sin(0.5 * PI * row as f64 / height as f64);
             2.0 * half * half
         };
+        let block = [width.div_ceil(BLOCKS[0]), height.div_ceil(BLOCKS[1])];
         let mut grid = Self {
             width,
-            block: [width.div_ceil(BLOCKS[0]), height.div_ceil(BLOCKS[1])],
+            block,
+            blocks_across: width.div_ceil(block[0]),
             turn,
             rows: Vec::new(),
             columns: Vec::new(),
@@ -84,10 +88,11 @@ impl SphereGrid {
             angles: (0..height)
                 .map(|row| cell_solid_angle(width, height, row))
                 .collect(),
-            block_angles: Vec::new(),
+            densities: Vec::new(),
             flux: 0.0,
         };
-        let mut fluxes = Vec::new();
+        // Solid angle in steradians of one column of cells, for each row of blocks.
+        let (mut fluxes, mut block_angles) = (Vec::new(), Vec::new());
         for first in (0..height).step_by(grid.block[1]) {
             let rows = first..(first + grid.block[1]).min(height);
             let weights: Vec<f64> = rows
@@ -95,14 +100,26 @@ impl SphereGrid {
                 .flat_map(|row| (0..width).map(move |x| (x, row)))
                 .map(|(x, row)| positive_or_zero(radiance(x, row)))
                 .collect();
-            grid.block_angles
-                .push(grid.angles[rows.clone()].iter().sum());
+            block_angles.push(grid.angles[rows.clone()].iter().sum::<f64>());
             fluxes.push(grid.push_block_row(&weights, rows.start));
         }
         grid.flux = push_cdf(&mut grid.rows, &fluxes);
         push_guide_table(&mut grid.guides, &grid.rows);
-        for row in grid.columns.chunks_exact(width.div_ceil(grid.block[0])) {
+        for row in grid.columns.chunks_exact(grid.blocks_across) {
             push_guide_table(&mut grid.guides, row);
+        }
+        for (y, angle) in block_angles.iter().enumerate() {
+            for x in 0..grid.blocks_across {
+                let share = entry_probability(grid.block_row_cdf(y), x);
+                let probability = entry_probability(&grid.rows, y) * share;
+                let is_uniform = grid.cell_starts[y * grid.blocks_across + x] == WHOLE;
+                let (_, [columns, _]) = grid.block_extent(x, y);
+                grid.densities.push(if is_uniform {
+                    probability / (angle * columns as f64)
+                } else {
+                    probability
+                });
+            }
         }
         (grid.flux > 0.0 && grid.flux.is_finite()).then_some(grid)
     }
@@ -187,10 +204,7 @@ impl SphereGrid {
     fn sample_block(&self, [u, v]: [f64; 2]) -> BlockPoint {
         let (guide, guides) = self.guides.split_at(guide_table_len(self.rows.len()));
         let (y, _, down) = sample_index_guided(&self.rows, guide, v);
-        let (blocks, parts) = (
-            self.block_row_cdf(y),
-            guide_table_len(self.width.div_ceil(self.block[0])),
-        );
+        let (blocks, parts) = (self.block_row_cdf(y), guide_table_len(self.blocks_across));
         let (x, _, along) = sample_index_guided(blocks, &guides[y * parts..][..parts], u);
         BlockPoint {
             at: [x, y],
@@ -212,8 +226,9 @@ impl SphereGrid {
             (left as f64 + along * columns as f64, top, down, rows)
         } else {
             let cells = &self.cells[part as usize..];
-            let (row, _, down) = sample_index(&cells[..rows], down);
-            let (column, _, along) = sample_index(&cells[rows + row * columns..][..columns], along);
+            let (row, _, down) = sample_short_index(&cells[..rows], down);
+            let (column, _, along) =
+                sample_short_index(&cells[rows + row * columns..][..columns], along);
             ((left + column) as f64 + along, top + row, down, 1)
         };
         // Distance along the axis, counted from the nearer pole.
@@ -238,14 +253,15 @@ impl SphereGrid {
         let (height, u) = (self.angles.len(), u - self.turn);
         let column = (((u - Real::floor(u)) * self.width as f64) as usize).min(self.width - 1);
         let row = ((v * height as f64) as usize).min(height - 1);
-        let (x, y) = (column / self.block[0], row / self.block[1]);
-        let blocks = self.block_row_cdf(y);
-        let probability = entry_probability(&self.rows, y) * entry_probability(blocks, x);
-        let ([left, top], [columns, rows]) = self.block_extent(x, y);
-        let index = self.cell_starts[y * blocks.len() + x];
+        // Quotients of 32 bits take less time.
+        let along = |cell: usize, axis: usize| (cell as u32 / self.block[axis] as u32) as usize;
+        let (x, y) = (along(column, 0), along(row, 1));
+        let block = y * self.blocks_across + x;
+        let (index, probability) = (self.cell_starts[block], self.densities[block]);
         if index == WHOLE {
-            return probability / (self.block_angles[y] * columns as f64);
+            return probability;
         }
+        let ([left, top], [columns, rows]) = self.block_extent(x, y);
         let (column, cells, line) = (column - left, &self.cells[index as usize..], row - top);
         let within = entry_probability(&cells[..rows], line)
             * entry_probability(&cells[rows + line * columns..][..columns], column);
@@ -267,8 +283,7 @@ impl SphereGrid {
     }
 
     fn block_row_cdf(&self, row: usize) -> &[f32] {
-        let blocks = self.width.div_ceil(self.block[0]);
-        &self.columns[row * blocks..][..blocks]
+        &self.columns[row * self.blocks_across..][..self.blocks_across]
     }
 }
 

@@ -50,6 +50,7 @@ pub(crate) use lanes::{
 };
 pub use light_sampler::LightSampler;
 pub(crate) use light_sampler::add_numbers;
+use openings::CellBins;
 pub use openings::Openings;
 pub(crate) use openings::{BINS, CellGrid, SkyBins, smooth_bins};
 pub use polygon::Polygon;
@@ -117,7 +118,7 @@ pub struct LightSample<R: Real> {
 }
 
 /// A point that samples the sky.
-struct SkyReceiver<'a, R: Real> {
+struct SkyReceiver<R: Real> {
     /// Index of the point's batch, and the lane in it.
     place: [usize; 2],
     from: R::Vec3,
@@ -125,8 +126,6 @@ struct SkyReceiver<'a, R: Real> {
     numbers: [f32; 2],
     /// Probability of choosing the sky.
     probability: f64,
-    /// Distribution of the sky at the point, see [`Openings::bins_at`].
-    bins: Option<(&'a [f32], &'a [f32])>,
 }
 
 /// All lights of a prepared scene: delta lights, emitters and the sky.
@@ -349,6 +348,7 @@ impl<R: Real> Lights<R> {
         };
         let openings = self.openings.as_ref();
         let mut receivers = Vec::with_capacity(LANES * samples.len());
+        let mut cells = Vec::new();
         for (batch, (points, choices)) in batches.enumerate() {
             for lane in (0..LANES).filter(|&lane| choices.lights[lane] == Some(LightId::Sky)) {
                 let (from, numbers) = points.get_lane(lane);
@@ -357,23 +357,37 @@ impl<R: Real> Lights<R> {
                     from,
                     numbers,
                     probability: choices.probabilities[lane],
-                    bins: openings.and_then(|table| table.bins_at::<R>(from, points.normal(lane))),
                 });
+                if let Some(table) = openings {
+                    cells.push(table.cell_at::<R>(from, points.normal(lane)));
+                }
             }
         }
-        let directions = self.sample_sky_directions(sampler, &receivers);
+        // Each stage prefetches for all points what the next one reads.
+        let bins = cells.iter().map(|&cell| openings?.bins(cell?));
+        let bins: Vec<_> = bins.collect();
+        let directions = self.sample_sky_directions(sampler, &receivers, &bins);
+        let places = bins
+            .iter()
+            .zip(&directions)
+            .map(|(&bins, direction)| Some(openings?.locate(bins?, direction.to_f64())));
+        let places: Vec<_> = places.collect();
         let mut sky_samples = Vec::with_capacity(directions.len());
         let origins = receivers.iter().map(|receiver| receiver.from);
         self.sky
             .eval_rays(origins.zip(directions.iter().copied()), &mut sky_samples);
-        for ((receiver, direction), sky_sample) in
-            receivers.into_iter().zip(directions).zip(sky_samples)
+        for (k, ((receiver, direction), sky_sample)) in receivers
+            .into_iter()
+            .zip(directions)
+            .zip(sky_samples)
+            .enumerate()
         {
             // Density of the rounded direction, so that a ray that hits the sky in this direction
             // computes the same density.
-            let (place, [batch, lane]) = (sky_sample.image_coordinates, receiver.place);
-            let density =
-                self.sky_density_by_bins(receiver.bins, direction, place, receiver.probability);
+            let (coordinates, [batch, lane]) = (sky_sample.image_coordinates, receiver.place);
+            let own = sampler.density::<R>(direction, coordinates);
+            let place = places.get(k).copied().flatten();
+            let density = place.map_or(own, |place| place.density(own)) * receiver.probability;
             sky_light_sample(direction, sky_sample.radiance, density)
                 .iter()
                 .for_each(|sample| samples[batch].set_lane(lane, sample));
@@ -384,15 +398,25 @@ impl<R: Real> Lights<R> {
     fn sample_sky_directions(
         &self,
         sampler: &SkySampler,
-        receivers: &[SkyReceiver<'_, R>],
+        receivers: &[SkyReceiver<R>],
+        bins: &[Option<CellBins<'_>>],
     ) -> Vec<R::Vec3> {
         let Some(table) = &self.openings else {
             return sampler.sample_directions::<R>(receivers.iter().map(|point| point.numbers));
         };
-        let drawn: Vec<_> = receivers
+        let numbers = || receivers.iter().map(|receiver| receiver.numbers);
+        let parts = bins
             .iter()
-            .map(|&SkyReceiver { numbers, bins, .. }| {
-                bins.map_or(Err(numbers), |bins| table.sample_direction(bins, numbers))
+            .zip(numbers())
+            .map(|(bins, [u, _])| (*bins)?.find_part(u));
+        let parts: Vec<_> = parts.collect();
+        let drawn: Vec<_> = parts
+            .iter()
+            .zip(bins)
+            .zip(numbers())
+            .map(|((&part, &bins), numbers)| match bins {
+                Some(bins) => table.sample_direction(bins, part, numbers),
+                None => Err(numbers),
             })
             .collect();
         let mut through = Vec::with_capacity(drawn.len());
@@ -444,37 +468,24 @@ impl<R: Real> Lights<R> {
     }
 
     /// Returns the density of the sky as [`Lights::density`] does, for a receiving point with the
-    /// unit normal of the side that receives light, zero if both sides do. `place` holds the image
+    /// unit normal of the side that receives light, zero if both sides do. `place_in_image` holds the image
     /// coordinates of the direction ([`SkyRadiance::image_coordinates`]).
     pub fn sky_density(
         &self,
         (from, normal): (R::Vec3, R::Vec3),
         direction: R::Vec3,
-        place: [R; 2],
-        probability: f64,
-    ) -> f64 {
-        let openings = self.openings.as_ref();
-        let bins = openings.and_then(|openings| openings.bins_at::<R>(from, normal));
-        self.sky_density_by_bins(bins, direction, place, probability)
-    }
-
-    /// Returns the density of the sky for a point with the distribution `bins`
-    /// ([`Openings::bins_at`]).
-    fn sky_density_by_bins(
-        &self,
-        bins: Option<(&[f32], &[f32])>,
-        direction: R::Vec3,
-        place: [R; 2],
+        place_in_image: [R; 2],
         probability: f64,
     ) -> f64 {
         let Some(sampler) = &self.sky_sampler else {
             return 0.0;
         };
-        let own = sampler.density::<R>(direction, place);
-        let mixed = bins
-            .zip(self.openings.as_ref())
-            .map(|(bins, openings)| openings.density(bins, direction.to_f64(), own));
-        mixed.unwrap_or(own) * probability
+        let own = sampler.density::<R>(direction, place_in_image);
+        let place = self.openings.as_ref().and_then(|table| {
+            let bins = table.bins(table.cell_at::<R>(from, normal)?)?;
+            Some(table.locate(bins, direction.to_f64()))
+        });
+        place.map_or(own, |place| place.density(own)) * probability
     }
 }
 

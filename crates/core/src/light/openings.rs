@@ -11,9 +11,11 @@
 use core::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use raywright_bvh::{Aabb, Real, Vector};
+use raywright_bvh::{Aabb, Real, Vector, prefetch};
 
-use super::cdf::{entry_probability, push_rounded_cdf, sample_short_index, sample_stepped_index};
+use super::cdf::{
+    entry_probability, find_part, push_rounded_cdf, sample_index_in_part, sample_short_index,
+};
 use super::grid::PolarDirection;
 use super::{SkyRadiance, SkySampler};
 use crate::number::angle_above_axis;
@@ -279,46 +281,108 @@ impl Openings {
         4 * numbers as u64
     }
 
-    /// Returns the distribution for a point that receives light on the side of a unit normal, after
-    /// every [`STEP`]th of its numbers. `None` where the sky is sampled by its own density alone.
+    /// Returns the cell for a point that receives light on the side of a unit normal; `None` where
+    /// the sky is sampled by its own density alone. Prefetches what [`Self::bins`] reads.
     #[inline]
-    pub(crate) fn bins_at<R: Real>(
-        &self,
-        point: R::Vec3,
-        normal: R::Vec3,
-    ) -> Option<(&[f32], &[f32])> {
+    pub(super) fn cell_at<R: Real>(&self, point: R::Vec3, normal: R::Vec3) -> Option<usize> {
         let cell = self.grid.cell_index(point.to_f64(), normal.to_f64())?;
-        let index = self.indices[cell];
-        let numbers = || &self.bins[index as usize * (ENDS + BINS)..][..ENDS + BINS];
-        (index != Self::NONE).then(|| numbers().split_at(ENDS))
+        prefetch(&self.indices, cell);
+        Some(cell)
     }
 
-    /// Samples a direction by two uniform numbers in [0, 1). Returns `Err` with two numbers for the
-    /// sky's own density.
+    /// Returns the distribution of a cell; `None` where the sky is sampled by its own density alone.
+    /// Prefetches what [`CellBins::find_part`] reads.
+    #[inline]
+    pub(super) fn bins(&self, cell: usize) -> Option<CellBins<'_>> {
+        let index = self.indices[cell];
+        if index == Self::NONE {
+            return None;
+        }
+        let numbers = &self.bins[index as usize * (ENDS + BINS)..][..ENDS + BINS];
+        let (ends, bins) = numbers.split_at(ENDS);
+        for k in [0, ENDS / 2, ENDS - 1] {
+            prefetch(ends, k);
+        }
+        Some(CellBins { ends, bins })
+    }
+
+    /// Samples a direction by two uniform numbers in [0, 1), given the part of
+    /// [`CellBins::find_part`]. Returns `Err` with two numbers for the sky's own density.
     pub(super) fn sample_direction(
         &self,
-        bins: (&[f32], &[f32]),
+        CellBins { bins, .. }: CellBins<'_>,
+        part: Option<usize>,
         [u, v]: [f32; 2],
     ) -> Result<PolarDirection, [f32; 2]> {
         let (u, v) = (f64::from(u), f64::from(v));
-        if u < OWN_SHARE {
+        let Some(part) = part else {
             let rest = (u / OWN_SHARE) as f32;
             return Err([rest.min(1.0_f32.next_down()), v as f32]);
-        }
-        let (bin, _, rest) = sample_stepped_index(bins, STEP, (u - OWN_SHARE) / (1.0 - OWN_SHARE));
+        };
+        let (bin, _, rest) = sample_index_in_part(bins, (part, STEP), beyond_own_share(u));
         Ok(self.sky.sample_direction(bin, [rest, v]))
     }
 
-    /// Returns the density by solid angle of a unit direction, given the sky's own density.
-    pub(crate) fn density(&self, (_, bins): (&[f32], &[f32]), direction: DVec3, own: f64) -> f64 {
+    /// Returns the place of a unit direction in a distribution. Prefetches what
+    /// [`BinPlace::density`] reads.
+    pub(super) fn locate<'a>(
+        &self,
+        CellBins { bins, .. }: CellBins<'a>,
+        direction: DVec3,
+    ) -> BinPlace<'a> {
         let (bin, within) = self.sky.bin_and_density(direction);
-        Self::mix(own, entry_probability(bins, bin) * within)
+        prefetch(bins, bin.saturating_sub(1));
+        prefetch(bins, bin);
+        BinPlace { bins, bin, within }
     }
 
     /// Returns the density or probability of the mixture from that of the sky's own sampler and
     /// that of the table.
     pub(crate) fn mix(own: f64, table: f64) -> f64 {
         OWN_SHARE * own + (1.0 - OWN_SHARE) * table
+    }
+}
+
+/// Returns the number within the share of the table, for a uniform number beyond [`OWN_SHARE`].
+fn beyond_own_share(u: f64) -> f64 {
+    (u - OWN_SHARE) / (1.0 - OWN_SHARE)
+}
+
+/// Cumulative distribution over the bins in a cell, and every [`STEP`]th of its numbers.
+#[derive(Clone, Copy)]
+pub(super) struct CellBins<'a> {
+    ends: &'a [f32],
+    bins: &'a [f32],
+}
+
+impl CellBins<'_> {
+    /// Returns the part of the distribution in which the bin for a uniform number in [0, 1) lies, and
+    /// prefetches this part. `None` if the number selects the sky's own density.
+    pub fn find_part(self, u: f32) -> Option<usize> {
+        let u = f64::from(u);
+        if u < OWN_SHARE {
+            return None;
+        }
+        let part = find_part(self.ends, beyond_own_share(u));
+        prefetch(self.bins, part * STEP);
+        prefetch(self.bins, part * STEP + STEP - 1);
+        Some(part)
+    }
+}
+
+/// Place of a direction in the distribution of a cell.
+#[derive(Clone, Copy)]
+pub(super) struct BinPlace<'a> {
+    bins: &'a [f32],
+    bin: usize,
+    /// Density by solid angle of the direction in its bin.
+    within: f64,
+}
+
+impl BinPlace<'_> {
+    /// Returns the density by solid angle of the direction, given the sky's own density.
+    pub fn density(self, own: f64) -> f64 {
+        Openings::mix(own, entry_probability(self.bins, self.bin) * self.within)
     }
 }
 

@@ -58,12 +58,15 @@ fn densities_are_those_of_the_samples() {
     let (table, sky) = (table(), sky());
     let sampler = SkySampler::new(&sky).expect("a sky");
     let bins = table
-        .bins_at::<f32>(glam::Vec3::splat(0.5), glam::Vec3::Y)
+        .cell_at::<f32>(glam::Vec3::splat(0.5), glam::Vec3::Y)
+        .and_then(|cell| table.bins(cell))
         .expect("a cell");
     const COUNT: u64 = 400_000;
     let mut found = vec![0.0; BINS];
     for index in 0..COUNT {
-        let direction = match table.sample_direction(bins, numbers(index)) {
+        let numbers = numbers(index);
+        let part = bins.find_part(numbers[0]);
+        let direction = match table.sample_direction(bins, part, numbers) {
             Ok(place) => place.to_direction(),
             Err(own) => sampler.sample_direction::<f64>(own),
         };
@@ -81,8 +84,8 @@ fn densities_are_those_of_the_samples() {
             )
             .to_direction();
             let own = sampler.density::<f64>(direction, [0.0; 2]);
-            *expected +=
-                table.density(bins, direction, own) * 4.0 * PI / (BINS * SIDE * SIDE) as f64;
+            let density = table.locate(bins, direction).density(own);
+            *expected += density * 4.0 * PI / (BINS * SIDE * SIDE) as f64;
         }
     }
     let sum: f64 = expected.iter().sum();
