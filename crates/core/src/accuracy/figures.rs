@@ -192,14 +192,6 @@ impl<'s> Figures<'s> {
             true => self.square(setting, self.noise(setting)?, 1.0)?,
             false => ConfidenceInterval::UNKNOWN,
         };
-        // A bias that the trials cannot tell from none may be in every error.
-        let rest = setting.without_ladder(Ladder::Reconstruction);
-        let is_free = rest.is_free_of_bias() && !self.study.space.is_fixed(setting);
-        let unseen = self.own_bias().filter(ConfidenceInterval::includes_zero);
-        let root_relmse = match unseen.filter(|_| is_free) {
-            Some(bias) => root_relmse.add(&ConfidenceInterval { value: 0.0, ..bias }),
-            None => root_relmse,
-        };
         Some(SettingErrors {
             root_relmse: root_relmse.map(f64::sqrt),
             bias: self.bias(&tile).map(|bias| bias.map(f64::sqrt)),
@@ -240,17 +232,18 @@ impl<'s> Figures<'s> {
             },
         });
         let rest = setting.without_ladder(Ladder::Reconstruction);
-        let is_seen = |bias: ConfidenceInterval| !bias.includes_zero();
-        let is_free = rest.is_free_of_bias() && !self.own_bias().is_some_and(is_seen);
+        let is_free = rest.is_free_of_bias() && self.has_no_bias();
         Some(match bias.filter(|_| !is_free) {
             Some(bias) => noise.add(&bias),
             None => noise,
         })
     }
 
-    /// Returns the squared bias of the setting in use; `None` without a trial.
-    fn own_bias(&self) -> Option<ConfidenceInterval> {
-        self.bias(&self.study.space.general_baseline()?)
+    /// Whether the setting in use has no bias that the trials tell from none.
+    fn has_no_bias(&self) -> bool {
+        let baseline = self.study.space.general_baseline();
+        let bias = baseline.and_then(|baseline| self.bias(&baseline));
+        bias.is_none_or(|bias| bias.includes_zero())
     }
 
     /// Returns the denoised whole pictures with the samples of a setting.
