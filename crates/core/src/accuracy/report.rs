@@ -189,8 +189,9 @@ impl MeasuredSetting {
     /// Whether a single rung (quality level) is worse than the rung in use in both respects: it takes
     /// longer, and its error is larger.
     pub fn is_dominated(&self) -> bool {
-        let ratios = [self.ratio.value, self.error_ratio.value];
-        self.single_rung().is_some() && ratios.into_iter().all(|of| of > 1.0 + RESOLUTION)
+        let ratios = [self.ratio, self.error_ratio];
+        let is_more = |of: ConfidenceInterval| of.is_known() && of.value > 1.0 + RESOLUTION;
+        self.single_rung().is_some() && ratios.into_iter().all(is_more)
     }
 }
 

@@ -57,8 +57,8 @@ impl AccuracyPage<'_> {
         ReportSection {
             title: "Worth their time".to_owned(),
             explanation: format!(
-                "The measured settings of which no other has less error in less time; those that change the light, have much bias or an unknown error are in \
-                 the tables below alone. Take the first row whose error is small enough, or the last row within your time, and add its flags to `{}`",
+                "The settings of which no other has less error in less time. Those that lose more light than the one in use, have much bias or an unknown \
+                 error are only in the tables below. A number of samples that took too long follows from the others; fewer than 8 are not denoised. Take the first row whose error is small enough, or the last row within your time, and add its flags to `{}`",
                 self.own_command
             ),
             table: Table::new(columns, names, rows).without_empty_columns(),
@@ -114,7 +114,7 @@ impl AccuracyPage<'_> {
                  `--integrator` and `--precision` choose those of samples, reconstruction, path-length, integrator and precision. Times are CPU times, summed over all threads, at the scene's \
                  own picture size. Error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01) for the picture I and the reference R. Bias: the part of the error that more samples do not reduce. Light: the relative change of the total light. \
                  <: indistinguishable from zero; the number is the upper end of the interval. Not known: the ends of the interval differ by more than a factor of 3. \
-                 An empty cell of bias or light: unknown, or indistinguishable from zero."
+                 An empty cell of bias or light: indistinguishable from zero. ?: not measured."
                 .to_owned(),
             table: setting_table("rung", rows),
             notes: self.list_other_rungs(),
@@ -140,7 +140,7 @@ impl AccuracyPage<'_> {
     fn list_other_rungs(&self) -> Vec<String> {
         let report = self.report;
         let dominated = report.settings.iter().filter(|of| of.is_dominated());
-        let dominated: Vec<String> = dominated.map(|of| of.setting.to_string()).collect();
+        let dominated: Vec<String> = dominated.map(|of| format!("`{}`", of.setting)).collect();
         let lists = [
             (
                 "Slower and less accurate than the rung in use",
@@ -148,7 +148,12 @@ impl AccuracyPage<'_> {
             ),
             (
                 "Not measured for lack of time",
-                report.unmeasured.join(", "),
+                report
+                    .unmeasured
+                    .iter()
+                    .map(|name| format!("`{name}`"))
+                    .collect::<Vec<_>>()
+                    .join(", "),
             ),
         ];
         lists
@@ -178,25 +183,30 @@ fn setting_row(name: String, measured: &MeasuredSetting) -> TableRow {
 /// uncertain bias is given as a bound, unless the bound is above the error and says nothing.
 fn setting_cells(measured: &MeasuredSetting) -> [String; 5] {
     let errors = &measured.errors;
-    let bias = errors.bias.and_then(|bias| {
+    let bias = errors.bias.map_or("?".to_owned(), |bias| {
         let bound = ConfidenceInterval { low: 0.0, ..bias };
         match bias.is_known() && !bias.includes_zero() {
-            true => Some(bias),
-            false => (bias.high < errors.root_relmse.value).then_some(bound),
+            true => format_interval(bias),
+            false if bias.high < errors.root_relmse.value => format_interval(bound),
+            false => String::new(),
         }
     });
     [
         format_uncertain(&measured.seconds, format_precise_duration),
         format_interval(measured.ratio),
         format_interval(errors.root_relmse),
-        bias.map(format_interval).unwrap_or_default(),
+        bias,
         format_light_change(&errors.light),
     ]
 }
 
 /// Formats the change of a picture's mean radiance relative to the reference, in per cent.
-/// `interval` is the ratio of the two. The text is empty if the ratio is indistinguishable from 1.
+/// `interval` is the ratio of the two. The text is empty if the ratio is indistinguishable from 1, and `?`
+/// if it is unknown.
 fn format_light_change(interval: &ConfidenceInterval) -> String {
+    if !interval.value.is_finite() {
+        return "?".to_owned();
+    }
     let is_known = interval.low > 1.0 || interval.high < 1.0;
     let change = format!("{:+.1} %", 100.0 * (interval.value - 1.0));
     if is_known && !change.ends_with("0.0 %") {

@@ -154,7 +154,7 @@ fn describe_conditions(
     };
     let threads = format_count(threads, "thread");
     let cut = if report.cut_short {
-        "; the time ended before all settings were measured: give a larger --budget"
+        "; the time ended before all planned renders: give a larger --budget"
     } else {
         ""
     };

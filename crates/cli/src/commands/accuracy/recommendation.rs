@@ -57,7 +57,7 @@ pub fn format_recommendation(report: &AccuracyReport) -> String {
         format_error(measured),
         reason.unwrap_or_default()
     );
-    let none = "the same error in clearly less time";
+    let none = "as little error in clearly less time";
     match (half_the_error, same_error) {
         // One setting is both.
         (Some(half), Some(same)) if half.row == same.row => {
@@ -65,7 +65,7 @@ pub fn format_recommendation(report: &AccuracyReport) -> String {
         }
         _ => {
             text += &advice(half_the_error, "half the error", "half the error");
-            text += &advice(same_error, "the same error", none);
+            text += &advice(same_error, "no more error", none);
         }
     }
     if let Some(biased) = biased {
@@ -130,7 +130,7 @@ mod tests {
         assert_eq!(
             format_recommendation(&report),
             format!(
-                "{own} Half the error: `--spp 256` has the error 0.15 ±5 % for 3.9 ±10 % x the time. Probably the same error: `--rung roulette=early` has the error 0.28 ±5 % for 0.76 \
+                "{own} Half the error: `--spp 256` has the error 0.15 ±5 % for 3.9 ±10 % x the time. Probably no more error: `--rung roulette=early` has the error 0.28 ±5 % for 0.76 \
                  ±10 % x the time. Faster, with bias: `--rung clamp=10` has the error 0.28 ±5 % for 0.26 ±10 % x the time, and -8.1 % light."
             )
         );
@@ -149,7 +149,7 @@ mod tests {
         report.doubt = Some(EstimateDoubt::FewPixels);
         assert_eq!(
             format_recommendation(&report),
-            "Setting in use: error not known (too few samples found light), 25.0 s ±10 % of CPU time. No setting is known to have half the error. No setting is known to have the same error in clearly less time. \
+            "Setting in use: error not known (too few samples found light), 25.0 s ±10 % of CPU time. No setting is known to have half the error. No setting is known to have as little error in clearly less time. \
              A longer measurement, `--budget 2min`, would probably make the unknown errors known."
         );
         report.settings[0].errors.root_relmse.low = 0.0;
