@@ -322,9 +322,10 @@ impl<N: Number> Albedo<N> {
                 out[lane] = lerp(lower, upper, v[lane]);
             }
         }
-        for lane in 0..N::LANES {
+        let [lost, grazing] = &mut out;
+        for (lane, (lost, grazing)) in lost.iter_mut().zip(grazing).enumerate().take(N::LANES) {
             if roughness.lane(lane) <= LEAST_ROUGHNESS {
-                [out[0][lane], out[1][lane]] = [0.0, schlick_weight(cosine.lane(lane).max(0.0))];
+                (*lost, *grazing) = (0.0, schlick_weight(cosine.lane(lane).max(0.0)));
             }
         }
         Self::from_columns(&out)

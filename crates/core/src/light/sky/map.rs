@@ -77,11 +77,10 @@ impl<R: Real> EquirectMap<R> {
             let (x, y) = ((u - u.floor()) * across - half, v[i] * down - half);
             let (x0, y0) = (x.floor(), y.floor());
             (fx[i], fy[i]) = (x - x0, y - y0);
-            let (left, top) = (whole_number(x0), whole_number(y0));
+            let (left, top) = (x0.to_f64() as i32, y0.to_f64() as i32);
             // The column is at most one turn outside the image, so no division is needed.
             let column = |x: i32| {
-                let x = if x < 0 { x + width } else { x } - if x >= width { width } else { 0 };
-                (x as u32).min(width as u32 - 1)
+                (if x < 0 { x + width } else { x } - if x >= width { width } else { 0 }) as u32
             };
             let row = |y: i32| y.clamp(0, height - 1) as u32 * width as u32;
             let (left, right, top, bottom) = (
@@ -147,15 +146,6 @@ impl<R: Real> EquirectMap<R> {
             (out[0][i], out[1][i], out[2][i]) = (R::from_f32(r), R::from_f32(g), R::from_f32(b));
         }
     }
-}
-
-/// Returns a whole number below 2²² in magnitude, such as a column of an image, as an integer. The
-/// sum with 1.5·2²³ has the integer in its last bits; vectors of it take one instruction, and
-/// conversions, which saturate, eight for each number.
-#[inline(always)]
-fn whole_number<R: Real>(x: R) -> i32 {
-    const SHIFT: f32 = 12_582_912.0;
-    (x.to_f32() + SHIFT).to_bits() as i32 - SHIFT.to_bits() as i32
 }
 
 /// SIMD task: image coordinates and radiance of a batch of directions.
