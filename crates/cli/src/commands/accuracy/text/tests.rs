@@ -137,7 +137,7 @@ fn figures_of_rungs() {
     );
     assert_eq!(
         words(&text, "Not measured for lack"),
-        "Not measured for lack of time: --spp 1024."
+        "Not measured for lack of time: `--spp 1024`."
     );
     assert!(
         !text.contains("Slower and less") && !text.contains("several rungs"),
@@ -148,7 +148,7 @@ fn figures_of_rungs() {
     let text = text_of(&report);
     assert_eq!(
         words(&text, "Slower and less"),
-        "Slower and less accurate than the rung in use: --spp 4."
+        "Slower and less accurate than the rung in use: `--spp 4`."
     );
     assert!(!text.contains("\n  4 "), "{text}");
     let (_, together) = text.split_once("of several rungs\n").expect("a title");
@@ -261,8 +261,8 @@ fn the_page_says_the_same() {
         "<p class=\"answer\">Setting in use: error 0.3 (0.2 to 0.4), ",
         "<td>25.0\u{a0}s ±10\u{a0}%</td><td>1.75</td><td>0.300 (0.200\u{a0}to 0.400)</td>",
         "<td>-8.1\u{a0}%</td><td class=\"text\"><code>--spp 4</code></td>",
-        "<p>Slower and less accurate than the rung in use: --rung clamp=1.</p>",
-        "<p>Not measured for lack of time: --spp 1024.</p>",
+        "<p>Slower and less accurate than the rung in use: <code>--rung clamp=1</code>.</p>",
+        "<p>Not measured for lack of time: <code>--spp 1024</code>.</p>",
     ] {
         assert!(page.contains(words), "no {words} in {page}");
     }
