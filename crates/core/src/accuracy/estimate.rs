@@ -119,8 +119,14 @@ impl ConfidenceInterval {
                 high: self.high * other.high,
             };
         }
-        let sigma = libm::hypot(self.logarithmic_error(), other.logarithmic_error());
-        Self::from_logarithm(value, sigma)
+        // Each side by its own width: the low end of a claim may be wider than its high end.
+        let factor =
+            |one: f64, other: f64| libm::exp(libm::hypot(libm::log(one), libm::log(other)));
+        Self {
+            value,
+            low: value / factor(self.value / self.low, other.value / other.low),
+            high: value * factor(self.high / self.value, other.high / other.value),
+        }
     }
 
     /// Returns the ratio of two positive values whose uncertainties are independent.
