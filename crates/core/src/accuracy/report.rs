@@ -52,9 +52,9 @@ impl AccuracyReport {
         &self.settings[0]
     }
 
-    /// Returns the row of the front that beats the setting in use, and whether it takes less time and has
-    /// less error; `None` if the setting in use is on the front.
-    pub fn better_row(&self) -> Option<(usize, [bool; 2])> {
+    /// Returns the row of the front that beats the setting in use, and its time and error over those in
+    /// use; `None` if the setting in use is on the front.
+    pub fn better_row(&self) -> Option<(usize, [f64; 2])> {
         let point = |of: &MeasuredSetting| [of.seconds.value, of.errors.root_relmse.value];
         let own = point(self.own());
         let ratios = self.frontier.iter().map(|&row| {
@@ -63,7 +63,6 @@ impl AccuracyReport {
         });
         let best = ratios.min_by(|a, b| a.1[0].max(a.1[1]).total_cmp(&b.1[0].max(b.1[1])));
         best.filter(|_| !self.frontier.contains(&0))
-            .map(|(row, ratios)| (row, ratios.map(|ratio| ratio < 1.0 - RESOLUTION)))
     }
 }
 

@@ -154,7 +154,11 @@ impl AccuracyPage<'_> {
             .iter()
             .map(|line| format!("<p class=\"soft\">{}</p>\n", escape_xml(line)))
             .collect();
-        let plot = self.plot().to_svg();
+        let plot = self.plot();
+        let (plot, lead) = match plot.lines.iter().all(|line| line.points.is_empty()) {
+            true => (String::new(), "No error is known: nothing can be drawn."),
+            false => (plot.to_svg(), "Less time is to the left, less error below."),
+        };
         let recommendation = html_with_code(&self.recommendation);
         let title = format!("What accuracy costs in time: {}", self.scene);
         let sections = self.sections();
@@ -165,7 +169,7 @@ impl AccuracyPage<'_> {
         let own = own.map(|own| format!("Setting {}. ", html_with_code(&own)));
         let own = own.unwrap_or_default();
         let body = format!(
-            "<p class=\"answer\">{recommendation}</p>\n{}<h2>Error against time</h2>\n<figure><div class=\"plot\">{plot}</div>\n<figcaption>Less time is to the left, less error below. {own}<span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}<h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{others}",
+            "<p class=\"answer\">{recommendation}</p>\n{}<h2>Error against time</h2>\n<figure><div class=\"plot\">{plot}</div>\n<figcaption>{lead} {own}<span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{frontier}<h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Command: <code>{}</code></p>\n{others}",
             self.pictures_html(),
             escape_xml(&self.command),
         );

@@ -77,8 +77,13 @@ impl AccuracyPage<'_> {
             _ if !own.errors.root_relmse.is_known() => {
                 "; its error is not known, so that it cannot be compared".to_owned()
             }
-            Some((row, better)) => {
-                let [time, error] = better.map(|is_less| if is_less { "less" } else { "the same" });
+            Some((row, ratios)) => {
+                // As much as advice calls less time, and what no two renders are apart.
+                let [time, error] = ratios.map(|ratio| match ratio {
+                    ..=0.8 => "less",
+                    ..=0.97 => "a little less",
+                    _ => "the same",
+                });
                 let name = self.report.settings[row].name();
                 format!("; `{name}` has {error} error in {time} time")
             }

@@ -236,12 +236,32 @@ fn the_setting_in_use_is_always_shown() {
         "; --spp 4 --rung clamp=10 has less error in the same time",
         true,
     );
+    report.settings[3].seconds = interval(23.0, 22.0, 24.0);
+    told(
+        &report,
+        "; --spp 4 --rung clamp=10 has less error in a little less time",
+        true,
+    );
     report.frontier = vec![3, 0];
     report.settings[0].errors.root_relmse = ConfidenceInterval::UNKNOWN;
     told(
         &report,
         "; its error is not known, so that it cannot be compared",
         false,
+    );
+}
+
+/// Protects: a page without a known error says so in place of a plot without points.
+#[test]
+fn a_page_without_errors_has_no_plot() {
+    let (loaded, mut report) = (loaded(), report());
+    for row in &mut report.settings {
+        row.errors.root_relmse = ConfidenceInterval::UNKNOWN;
+    }
+    let page = document(&loaded, &[], &mut report).page.to_html();
+    assert!(
+        page.contains("nothing can be drawn") && !page.contains("role=\"group\""),
+        "{page}"
     );
 }
 
