@@ -146,3 +146,24 @@ pub(crate) fn mesh_bounds<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aa
     let parts = data.indices.par_iter().fold(|| Aabb::EMPTY, include);
     parts.reduce(|| Aabb::EMPTY, Aabb::union)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: the box of a mesh holds every triangle with an area, also one of which a single corner lies
+    /// beyond the others, and no triangle without an area.
+    #[test]
+    fn boxes_of_meshes_hold_what_has_an_area() {
+        // So many, and a power of two, that each thread meets the first of a pair before the second.
+        let mut indices = [[0, 1, 2], [0, 1, 3]].repeat(1023);
+        indices.extend([[4, 4, 0], [4, 4, 4]]);
+        let data = serde_json::json!({
+            "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, 0.5, 3], [9, 9, 9]],
+            "indices": indices
+        });
+        let data: MeshData = serde_json::from_value(data).expect("a mesh");
+        let all = mesh_bounds::<f32>(&data, Some(DAffine3::from_scale(DVec3::splat(2.0))));
+        assert_eq!((all.min, all.max), (DVec3::ZERO, DVec3::new(2.0, 2.0, 6.0)));
+    }
+}

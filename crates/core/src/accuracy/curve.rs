@@ -285,6 +285,9 @@ mod tests {
         assert!((curve.ratio(256, 64).value - 0.25).abs() < 0.04);
         let one = NoiseCurve::new(vec![claim(16, 0.2)]).expect("a claim");
         assert!((one.square(4).value.sqrt() - 0.4).abs() < 1e-9);
+        // Soft light falls with 1.5.
+        let clean = 0.2 * 16_f64.powf(-0.75);
+        assert!(one.square(256).low.sqrt() < clean, "{:?}", one.square(256));
     }
 
     /// Protects: the error of a picture that a few pixels carry is not known, nor that of other numbers

@@ -221,6 +221,9 @@ mod tests {
         let product = value.multiply(&ConfidenceInterval::from_logarithm(3.0, 0.4));
         assert!((product.value - 6.0).abs() < 1e-12);
         assert!((product.logarithmic_error() - 0.5).abs() < 1e-9);
+        // A value that may only be too high stays so.
+        let skewed = interval(1.0, 0.5, 1.1).multiply(&ConfidenceInterval::from_exact(2.0));
+        assert!((skewed.low - 1.0).abs() < 1e-9 && (skewed.high - 2.2).abs() < 1e-9);
         let ratio = value.divide(&value);
         assert!(ratio.value == 1.0 && ratio.logarithmic_error() > 0.42);
         let sum = interval(4.0, 1.0, 7.0).add(&interval(5.0, 1.0, 9.0));

@@ -202,16 +202,22 @@ mod tests {
     /// that is only one of the two, or within the resolution of clock or noise, is not.
     #[test]
     fn the_slower_and_worse_are_known() {
-        let is_dominated = |time: f64, error: f64| {
+        let is_beaten = |time: f64, error_ratio: ConfidenceInterval| {
             let rung = RungChoice::parse("clamp=1").expect("a rung");
             let measured = MeasuredSetting {
                 setting: RungSetting::from_rung(rung),
                 ratio: ConfidenceInterval::from_exact(time),
-                error_ratio: ConfidenceInterval::from_exact(error),
+                error_ratio,
                 ..MeasuredSetting::default()
             };
             measured.is_dominated()
         };
+        let is_dominated = |time, error| is_beaten(time, ConfidenceInterval::from_exact(error));
+        let unknown = ConfidenceInterval {
+            value: 1.4,
+            ..ConfidenceInterval::UNKNOWN
+        };
+        assert!(!is_beaten(1.2, unknown));
         assert!(is_dominated(1.2, 1.4));
         for (time, error) in [(1.2, 1.0), (1.0, 1.4), (1.02, 1.4), (1.2, 1.02)] {
             assert!(!is_dominated(time, error), "{time}, {error}");

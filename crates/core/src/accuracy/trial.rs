@@ -266,7 +266,7 @@ mod tests {
             "{bias:?}"
         );
         // Twice the resolution of an error on both sides.
-        assert!(bias.high < 1.28 * bias.low);
+        assert!(bias.high < 1.28 * bias.low && bias.high > 1.2 * bias.low);
         let rough = mean_bias(&[&apart], 1.0);
         assert!(
             rough.low < bias.value && bias.value < rough.high,

@@ -294,6 +294,58 @@ fn a_first_look_takes_the_same_time_for_all_samples() {
     });
 }
 
+/// Protects: a ratio of numbers of samples is known on a machine whose speed changes, where times are not.
+#[test]
+fn ratios_of_samples_do_not_depend_on_the_load() {
+    let scene = lamp();
+    with_study(&scene, &path_settings(&scene), |study| {
+        let (own, few) = (
+            RungSetting::default(),
+            RungSetting::from_rung(RungChoice::parse("samples=4").expect("a rung")),
+        );
+        for (job, seconds) in [
+            (Job::whole(&few), 3.0),
+            (Job::whole(&own), 8.0),
+            (Job::tiles(&own, 0), 1.0),
+            (Job::tiles(&own, 1), 2.0),
+        ] {
+            study.table.push(Trial {
+                seconds,
+                sums: vec![TileSums::default()],
+                ..Trial::too_long(job)
+            });
+        }
+        let row = Figures { study }.summarise(&few).expect("a row");
+        near(row.ratio.value, 0.25);
+        assert!(row.ratio.high < 1.2 * row.ratio.low, "{:?}", row.ratio);
+        assert!(row.seconds.high > 2.0 * row.seconds.low, "{row:?}");
+    });
+}
+
+/// Protects: beside a denoised picture that of the next number of samples, whose error no other tells, is
+/// rendered before any rung; beside a noisy one after all.
+#[test]
+fn more_samples_come_first_beside_a_denoised_picture() {
+    let scene = lamp();
+    for denoise in [true, false] {
+        let settings = Settings {
+            denoise,
+            ..path_settings(&scene)
+        };
+        with_study(&scene, &settings, |study| {
+            let rung =
+                |name: &str| RungSetting::from_rung(RungChoice::parse(name).expect("a rung"));
+            let jobs = jobs(study);
+            let place = |job: Job| jobs.iter().position(|of| *of == job).expect("a job");
+            let [next, early] = [
+                place(Job::whole(&rung("samples=64"))),
+                place(Job::tiles(&rung("roulette=early"), 0)),
+            ];
+            assert_eq!(next < early, denoise);
+        });
+    }
+}
+
 /// Protects: only films that are denoised, or tell what that costs, have the layers of the filter; the
 /// time of a noisy row is without them, that of a denoised row with them and the filter, and a rung
 /// changes the rest.

@@ -297,3 +297,19 @@ fn albedos_in_lanes_have_the_bits_of_single_lookups() {
         }
     }
 }
+
+/// Protects: the mean albedo half-way between two steps of the table is the mean of both, in every lane.
+#[test]
+fn mean_albedos_in_lanes_lie_between_their_steps() {
+    let place = |place: f64| (place / (ALBEDO_STEPS - 1) as f64).powi(2);
+    let mean = |first: f64| {
+        let roughness = |lane: usize| place(first + lane as f64);
+        Albedo::mean(Lanes::<8>::from_lanes(roughness)).multiple_scattering_loss
+    };
+    let [below, between, above] = [12.0, 12.5, 13.0].map(mean);
+    for i in 0..8 {
+        let middle = 0.5 * (below.0[i] + above.0[i]);
+        assert!((between.0[i] - middle).abs() < 1e-6, "{i}");
+        assert!((above.0[i] - below.0[i]).abs() > 1e-4, "{i}");
+    }
+}
