@@ -28,9 +28,9 @@ use crate::commands::render::picture;
 pub use crate::commands::render::picture::FinishedPicture;
 use crate::commands::{accuracy, compare, explain};
 use crate::failure::{Exit, Failure};
-pub use crate::machine::thread_start_failure;
 use crate::plan::{self, RenderTask};
 pub use crate::scene_input::load_with_observer as load;
+pub use crate::threads::thread_start_failure;
 use crate::{origin, usage_failure};
 
 /// A command of the program with its flags, without the names of its inputs.

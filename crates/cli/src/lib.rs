@@ -25,6 +25,7 @@ pub mod failure;
 mod command_words;
 mod commands;
 mod console;
+mod early_stage;
 mod interrupt;
 mod machine;
 mod notes;
@@ -39,6 +40,7 @@ mod stats;
 mod suggest;
 mod table;
 mod targets;
+mod threads;
 
 use std::ffi::OsString;
 use std::panic::{self, AssertUnwindSafe};
@@ -59,7 +61,7 @@ pub fn main() -> ExitCode {
     match thread::Builder::new().stack_size(STACK_BYTES).spawn(run) {
         Ok(running) => running.join().unwrap_or(Exit::Failed),
         Err(cause) => {
-            let failure = machine::thread_start_failure(&cause);
+            let failure = threads::thread_start_failure(&cause);
             console::print_message(failure.message);
             failure.exit
         }
@@ -89,7 +91,7 @@ fn has_small_stack() -> bool {
 pub fn main_with(words: Vec<OsString>) -> Exit {
     panic::set_hook(Box::new(report_panic));
     interrupt::ignore_file_size_signal();
-    interrupt::install_heap_handler();
+    early_stage::install_heap_handler();
     origin::set_arguments(&words);
     match panic::catch_unwind(AssertUnwindSafe(|| run(words))) {
         Ok(Ok(())) => Exit::Done,

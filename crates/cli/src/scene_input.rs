@@ -14,8 +14,8 @@ use raywright_io::{
 };
 
 use crate::args::DEFAULT_PRESET;
+use crate::early_stage::EarlyStageGuard;
 use crate::failure::{Exit, Failure};
-use crate::interrupt::EarlyStageGuard;
 use crate::notes::Notes;
 use crate::progress::{Progress, RunObserver};
 

@@ -11,13 +11,13 @@ use raywright_io::{LoadOptions, LoadedScene, output};
 use serde::Serialize;
 
 use crate::console::Verbosity;
+use crate::early_stage::EarlyStageGuard;
 use crate::failure::Failure;
-use crate::interrupt::EarlyStageGuard;
-use crate::machine::Threads;
 use crate::notes::Notes;
 use crate::preparation::NOTHING_KEPT;
 use crate::progress::RunObserver;
 use crate::targets::OutputFiles;
+use crate::threads::Threads;
 use crate::{interrupt, scene_input};
 
 /// Threads, signals, messages and files of a running command.

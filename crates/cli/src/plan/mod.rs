@@ -2,6 +2,7 @@
 //! task and no arguments. Errors that depend on the scene, such as an unknown camera or a crop
 //! outside the picture, are found here too, before anything is rendered.
 
+mod display;
 mod settings;
 mod view;
 
@@ -27,9 +28,8 @@ use crate::args::{
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::scene_input;
-pub use settings::{
-    ChosenExposure, PicturePlan, RungChoices, apply_display_and_exposure, choose_exposure,
-};
+pub use display::{ChosenExposure, apply_display_and_exposure, choose_exposure};
+pub use settings::{PicturePlan, RungChoices};
 pub use view::PictureJob;
 
 /// Work of a `render` run, resolved from its arguments.

@@ -22,8 +22,8 @@ use std::{panic, thread};
 
 use crate::args::ViewerArgs;
 use crate::failure::{Exit, Failure};
-use crate::machine::thread_start_failure;
 use crate::session::Session;
+use crate::threads::thread_start_failure;
 use crate::{STACK_BYTES, command_words, console, origin, scene_input};
 use flags::ViewCommand;
 use server::ViewServer;

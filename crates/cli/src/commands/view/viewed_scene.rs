@@ -15,8 +15,8 @@ use raywright_io::{LoadOptions, LoadedScene};
 
 use crate::commands::render::picture::refuse_file_flags;
 use crate::commands::view::progress::LoadObserver;
+use crate::early_stage::EarlyStageGuard;
 use crate::failure::Failure;
-use crate::interrupt::EarlyStageGuard;
 use crate::plan::{ChosenExposure, PicturePlan, RenderTask, choose_exposure};
 use crate::preparation::prepare_failure;
 use crate::scene_input;
